@@ -4,7 +4,6 @@ import json
 import sys
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pycolmap
 import pytest
@@ -208,21 +207,6 @@ def test_a_picture_that_slides_is_not_placed(shift, parallax, expected, tmp_path
     kind = pycolmap.TwoViewGeometryConfiguration.PLANAR_OR_PANORAMIC
     made = database(tmp_path / "d.db", 200, shift, kind, parallax)
     assert failures.slides(made) is expected
-
-
-def test_a_film_of_one_picture_is_known_by_a_few_pairs(tmp_path):
-    from test_sfm import poses, render
-
-    coarse = np.random.default_rng(0).integers(0, 255, (60, 120, 3), np.uint8)
-    picture = cv2.resize(coarse, (960, 480), interpolation=cv2.INTER_CUBIC)
-    slid = [picture[100:340, 12 * at : 12 * at + 320] for at in range(20)]
-    films = {"slid": slid, "walked": render(poses(20)), "stood": [picture[:240, :320]] * 20}
-    for name, frames in films.items():
-        names = [f"{at:02d}.png" for at in range(20)]
-        image_files.write(np.stack(frames), tmp_path / name, names)
-        files = [tmp_path / name / file for file in names]
-        assert failures.slides_at_once(files) is (name == "slid")
-        assert not failures.slides_at_once(files[:5])
 
 
 def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypatch):

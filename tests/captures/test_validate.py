@@ -128,7 +128,7 @@ CASES = {
     ),
     "an angle": (
         nerfstudio(lambda c: (c.pop("fl_x"), c.update(camera_angle_x=40))),
-        "camera_angle_x of images/frame_000.jpg is 40; allowed",
+        "intrinsics of images/frame_000.jpg are missing",
     ),
     "a null list": (nerfstudio(lambda c: c.update(train_filenames=None)), "train_filenames must"),
     "a number": (nerfstudio(lambda c: c.update(distortion_params=0.1)), "distortion_params must"),

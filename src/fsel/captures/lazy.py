@@ -69,12 +69,12 @@ class LazyCapture:
 
     @property
     def longest(self) -> int:
-        """Pixels of the images' longer side, as the first camera states it."""
+        """Return the pixels of the images' longer side, as the first camera states it."""
         return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
 
     @property
     def pictured(self) -> bool:
-        """Presence of images."""
+        """Return whether the capture has images."""
         return not isinstance(self.capture.images, NoImages)
 
     @cached_property
@@ -98,16 +98,15 @@ class LazyCapture:
         capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
         files = [self.raw.images[i] for i in frames]
         images = in_turn(lambda at: capture.images[frames[at]], files, progress)
-        known = None if points is None else points.without_pixels()
+        known = points and points.without_pixels()
         return replace(capture.subset(frames, np.stack(images)), points=known)
 
     def with_all_points(self) -> Capture:
-        """The capture, its images unopened, with the points that its frames see."""
-        points = self.points
-        return replace(self.capture, points=None if points is None else points.without_pixels())
+        """Return the capture, its images unopened, with the points that its frames see."""
+        return replace(self.capture, points=self.points and self.points.without_pixels())
 
     def with_points(self) -> Capture:
-        """The capture, its images unopened, with the points that a sample of its frames see."""
+        """Return the same with the points that a sample of its frames see."""
         drawn, raw = sample(self.raw)
         points = raw.sparse()
         if points is None:
@@ -159,16 +158,10 @@ def opened(
     skip_unreadable: bool = False,
 ) -> LazyCapture:
     """Open what a layout's reader returned; other arguments and errors as of `open_capture`."""
-    known_gone = raw.dropped
-    raw, agreement = validated(
-        raw,
-        f"{known.name} at {folder}",
-        long_side,
-        max_error,
-        skip_unreadable=skip_unreadable,
-    )
+    gone, source = raw.dropped, f"{known.name} at {folder}"
+    raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
     capture = replace(ingest(raw, known, folder, long_side, lazy=True), files=raw)
-    skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
+    skipped = {name: why for name, why in raw.dropped.items() if name not in gone}
     return LazyCapture(known.name, raw, capture, agreement, skipped)
 
 

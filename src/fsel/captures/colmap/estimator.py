@@ -34,12 +34,10 @@ class Estimator(Program):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        several = isinstance(self.by, list | tuple) and any(
-            isinstance(part, list | tuple) for part in self.by
-        )
-        object.__setattr__(
-            self, "by", tuple(words_of("by", part) for part in (self.by if several else [self.by]))
-        )
+        listed = isinstance(self.by, list | tuple)
+        several = listed and any(isinstance(part, list | tuple) for part in self.by)
+        parts = self.by if several else [self.by]
+        object.__setattr__(self, "by", tuple(words_of("by", part) for part in parts))
         if not all(self.by):
             raise ValueError("by must be a command, a list of strings, or a list of such, got none")
 

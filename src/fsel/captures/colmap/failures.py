@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.images import files as image_files
-from fsel.captures.images.matching import match
-from fsel.captures.images.previews import reduced
 from fsel.core.subsets import evenly
 
 FEW = 100  # features of an image, below which two images seldom share enough
@@ -21,7 +17,6 @@ TURNS = 0.9  # share of the pairs that a rotation explains
 MOVED = 0.02  # of the longer side, of pairs that tell whether a picture slides
 RIGID = 0.0025  # of the longer side, left of 90 % of the matches where they move as a whole
 PAIRS, SAMPLE = 10, 200  # least, and most, pairs that tell it
-AHEAD, SIDE = 8, 640  # frames from one to the other of a pair, and pixels of its longer side
 DARK = (
     "its images show few features (the median is {count:.0f}): too dark, too blurred or without "
     "texture. Hint: more light, a slower walk; or --features aliked, which takes longer"
@@ -59,7 +54,7 @@ def cause(database: Path) -> str:
 
 
 def slides(database: Path) -> bool:
-    """Say whether the images are pieces of one picture: in each pair all matches move as a whole.
+    """Return whether the images are pieces of one picture: all matches of a pair move as a whole.
 
     COLMAP tries for minutes to place such images, and what it places has no depth. Real scenes are
     far from it: under a drone, 0.5 % of the longer side is left where 0.15 % is of one picture.
@@ -67,18 +62,6 @@ def slides(database: Path) -> bool:
     pairs = [(one, other) for one, other, _ in _verified(database) if _far(one, other)]
     left = [_left(*pairs[at]) for at in evenly(len(pairs), SAMPLE)]
     return len(left) >= PAIRS and float(np.median(left)) < RIGID
-
-
-def slides_at_once(frames: Sequence[image_files.Image]) -> bool:
-    """Say the same of frames in order by ten pairs of them, in seconds; false where one differs."""
-    if len(frames) < AHEAD + PAIRS:
-        return False
-    for at in evenly(len(frames) - AHEAD, PAIRS):
-        images = [reduced(image_files.load(frames[i]), SIDE) for i in (at, at + AHEAD)]
-        one, other = (places / max(images[0].shape) for places in match(*images))
-        if not len(one) or not _far(one, other) or _left(one, other) > RIGID:
-            return False
-    return True
 
 
 def _far(one: np.ndarray, other: np.ndarray) -> bool:

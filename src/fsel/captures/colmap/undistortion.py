@@ -194,7 +194,7 @@ def prepared(
     long_side: int,
     file: Image,
 ) -> Lens:
-    """The lens of an opened image, by `Lens` or a cache of it; errors name the file."""
+    """Return the lens of an opened image, by `Lens` or a cache of it; errors name the file."""
     try:
         return lens_of(camera, image.shape[1::-1], long_side)
     except ValueError as error:

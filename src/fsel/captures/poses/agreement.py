@@ -8,14 +8,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.undistortion import Lens, prepared
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, epipolar_distances, match
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
-from fsel.core.geometry import OPENGL_TO_OPENCV, camera_centers, invert_pose
+from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.core.points import RawPoints, grouped_rows
 
 PAIRS = 8
@@ -182,30 +181,3 @@ def _scaled(raw: RawCapture, points: RawPoints, scale: float) -> RawCapture:
 
 def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:
     return replace(raw, world_to_camera=poses)
-
-
-def pose_errors(estimated: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Measure how far poses are from given ones, after the best similarity of their centres.
-
-    Args:
-        estimated, given: (N, 3, 4) world-to-camera of the same frames, N >= 3; the similarity
-            between both worlds is taken out (Umeyama 1991).
-
-    Returns:
-        (N,) degrees between rotations, and (N,) distances of centres in per cent of the largest
-        distance of a given centre from their mean.
-
-    Raises:
-        ValueError: when the centres fix no similarity.
-    """
-    from scipy.spatial.transform import Rotation  # here: slow to import
-
-    centers, wanted = camera_centers(estimated), camera_centers(given)
-    fit = pycolmap.estimate_sim3d(centers, wanted)
-    if fit is None:
-        raise ValueError(f"{len(estimated)} camera centres on a line or point fix no similarity")
-    turned = estimated[:, :, :3] @ fit.rotation.matrix().T
-    degrees = np.degrees(Rotation.from_matrix(turned @ given[:, :, :3].mT).magnitude())
-    laid = fit.scale * centers @ fit.rotation.matrix().T + fit.translation
-    size = np.linalg.norm(wanted - wanted.mean(axis=0), axis=1).max()
-    return degrees, 100 * np.linalg.norm(laid - wanted, axis=1) / size

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera, pycolmap
-from fsel.captures.colmap.failures import SLIDES, cause, slides, slides_at_once
+from fsel.captures.colmap.failures import SLIDES, cause, slides
 from fsel.captures.colmap.model import observed, points_of, rigid_of, write_binary
 from fsel.captures.colmap.runs import (
     MIN_PLACED,
@@ -178,8 +178,6 @@ def _mapped(
     """The models that COLMAP's incremental mapper builds in a folder."""
     database = folder / DATABASE
     said = f"COLMAP cannot place its {len(names)} frames"
-    if len(work.parts) == 1 and work.parts[0].ordered and slides_at_once(raw.images):
-        raise NotPlaced(raw.images[0], said, SLIDES)
     extract(database, folder / "images", names, work)
     match(database, names, work)
     if slides(database):
