@@ -55,12 +55,6 @@ def at_infinity(model):
     next(iter(model.points3D.values())).xyz = [np.inf, 0, 0]
 
 
-def all_but_still(model):
-    """A translation that is a number, and whose square is none."""
-    frame = model.frames[2]
-    frame.rig_from_world = pycolmap.Rigid3d(frame.rig_from_world.rotation, [0, 0, 1e-300])
-
-
 def without_pixels(model):
     model.cameras[1].height = 0
 
@@ -110,7 +104,6 @@ CASES = {
     "inverted poses": (changed_model(inverted), "camera-to-world poses taken"),
     "a zero quaternion": (changed_model(unturned), "frame 1 has a quaternion of length 0"),
     "a translation beyond numbers": (changed_model(far_away), "'frame_001.jpg': translation is"),
-    "a translation without a square": (changed_model(all_but_still), "0.0, 1e-300]; allowed: zero"),
     "a camera twice as wide": (changed_model(wide), "image is 64x48 but its camera 128x48"),
     "a camera without pixels": (changed_model(without_pixels), "camera 1 has 64x0 pixels"),
     "a point at infinity": (changed_model(at_infinity), "sparse/0: point 30 lies at"),
@@ -130,7 +123,6 @@ CASES = {
         nerfstudio(lambda c: (c.pop("fl_x"), c.update(camera_angle_x=40))),
         "intrinsics of images/frame_000.jpg are missing",
     ),
-    "a null list": (nerfstudio(lambda c: c.update(train_filenames=None)), "train_filenames must"),
     "a number": (nerfstudio(lambda c: c.update(distortion_params=0.1)), "distortion_params must"),
     "a detour": (
         nerfstudio(lambda c: c["frames"][0].update(file_path="images/a/../frame_000.jpg")),
@@ -151,24 +143,24 @@ CASES = {
 }
 
 
-def test_a_damaged_number_of_images_is_called_that(tmp_path):
-    write_ring(tmp_path, frames=9, cloud=30)
-    content = (sparse(tmp_path) / "images.bin").read_bytes()
-    (sparse(tmp_path) / "images.bin").write_bytes((2**40).to_bytes(8, "little") + content[8:])
-    with pytest.raises(ValueError, match=r"images\.bin: cut short or damaged"):
-        read_capture(tmp_path)
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_every_command_refuses_alike(case, tmp_path, capsys):
+def test_a_damaged_capture_is_refused_by_name(case, tmp_path):
     damage, said = CASES[case]
+    write_ring(tmp_path, frames=9, cloud=30)
+    damage(tmp_path)
+    with pytest.raises((ValueError, OSError)) as refused:
+        read_capture(tmp_path)
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize("case", ["inverted poses", "a smaller photo"])
+def test_every_command_refuses_alike(case, tmp_path, capsys):
     folder, names = tmp_path / "capture", tmp_path / "names.txt"
     write_ring(folder, frames=9, cloud=30)
     names.write_text("frame_006.jpg\nframe_007.jpg\n")
-    damage(folder)
-    with pytest.raises((ValueError, OSError)) as refused:
+    CASES[case][0](folder)
+    with pytest.raises(ValueError, match=r"jpg|poses") as refused:
         read_capture(folder)
-    assert said in str(refused.value)
     commands = {
         "select": ["-k", "3", "-o", "out"],
         "info": [],
@@ -186,19 +178,6 @@ def test_the_bound_on_disagreement_is_an_option(tmp_path, capsys):
     write_ring(tmp_path / "capture", frames=9, cloud=30)
     changed_model(inverted)(tmp_path / "capture")
     assert main(["info", str(tmp_path / "capture"), "--max-error", "inf"]) == 0
-
-
-def test_an_observation_of_no_point_is_named(tmp_path):
-    write_ring(tmp_path, frames=4, cloud=5)
-    model = pycolmap.Reconstruction(str(sparse(tmp_path)))
-    model.write_text(str(sparse(tmp_path)))
-    for name in ("points3D.bin", "images.bin", "cameras.bin", "rigs.bin", "frames.bin"):
-        (sparse(tmp_path) / name).unlink()
-    path = sparse(tmp_path) / "points3D.txt"
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join(line for line in lines if not line.startswith("1 ")) + "\n")
-    with pytest.raises(ValueError, match=r"observes point 1, which is not there|not a readable"):
-        read_capture(tmp_path)
 
 
 def test_cameras_of_several_shapes_are_read_cropped_lazily_or_not(tmp_path):
@@ -233,15 +212,3 @@ def test_cameras_of_several_shapes_are_read_cropped_lazily_or_not(tmp_path):
 def test_names_are_matched_one_to_one():
     assert matched(["a.jpg", "b.jpg"], ["a.png", "b.png"]) == {"a.png": 0, "b.png": 1}
     assert matched(["a.jpg", "b.jpg"], ["x/a.png", "y/a.png"]) == {}
-
-
-@pytest.mark.parametrize("name", ["rigs.bin", "frames.bin"])
-def test_counts_of_rigs_and_frames_are_checked_against_the_file(name, tmp_path):
-    write_ring(tmp_path, frames=4, cloud=5)
-    path = sparse(tmp_path) / name
-    content = bytearray(path.read_bytes())
-    at = {"rigs.bin": 12, "frames.bin": 72}[name]  # how many sensors, how many data
-    content[at : at + 4] = b"\xff\xff\xff\x7f"
-    path.write_bytes(content)
-    with pytest.raises(ValueError, match="sparse/0: not a readable COLMAP model"):
-        read_capture(tmp_path)

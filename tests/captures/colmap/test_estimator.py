@@ -109,12 +109,6 @@ def test_two_frames_are_too_few_and_other_images_are_refused(photos, program):
             "no program 'no_such_program'",
         ),
         ({"by": [["true"], ["./mine"]]}, MissingRequirement, "where it runs. Hint: {here}/./mine"),
-        ({"by": ["true"], "files": {"w.pt": "ask"}}, MissingRequirement, "w.pt is missing: ask"),
-        (
-            {"by": ["true", "{recipes}/glo.py"]},
-            MissingRequirement,
-            "allowed: glomap.py, mast3r_sfm",
-        ),
         ({"by": ["true", "{model}"]}, ValueError, "{model} in '{model}'; allowed: {folder}"),
         ({"by": []}, ValueError, "by must be a command"),
         ({"by": "glomap mapper"}, ValueError, "by must be a list of strings, got 'glomap mapper'"),

@@ -76,7 +76,7 @@ def written(model, folder, form):
     return load_model(folder)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("form", ["binary", "text", "memory"])
 def test_arrays_hold_what_pycolmap_hands_out(form, seed, tmp_path):
     model = scattered(seed)
@@ -138,11 +138,3 @@ def test_a_damaged_number_is_named(tmp_path):
     seen = int(np.flatnonzero(points < 1000)[0])
     with pytest.raises(ValueError, match=r"point \d+ is seen at \[inf, "):
         changed(tmp_path, "images.bin", first + 24 * seen, "<d", np.inf)
-
-
-def test_an_image_whose_name_has_no_end_is_refused(tmp_path):
-    scattered().write_binary(str(tmp_path))
-    content = (tmp_path / "images.bin").read_bytes()
-    (tmp_path / "images.bin").write_bytes(content[:8] + content[8:74].replace(b"\0", b"x"))
-    with pytest.raises(ValueError, match=r"images\.bin: cut short or damaged \(the name of the"):
-        load_model(tmp_path)

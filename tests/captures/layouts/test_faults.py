@@ -49,20 +49,14 @@ def edit(path, change):
         (lambda c: c.pop("fl_x"), "intrinsics of .* are missing"),
         (lambda c: c.update(frames=[]), "list of frames"),
         (lambda c: c["frames"].append(c["frames"][0]), "duplicate frame names"),
-        (lambda c: c["frames"][1].update(transform_matrix=[[1]]), "of images/f9.png must be 4x4"),
         (lambda c: c["frames"][1].pop("transform_matrix"), "f9.png: field 'transform_matrix'"),
         (lambda c: c["frames"][1].pop("file_path"), r"frames\[1\]: field 'file_path'"),
-        (lambda c: c.update(frames={"a": 1}), "list of frames"),
         (lambda c: c.update(fl_x="wide"), "fl_x of .* must be one number, got 'wide'"),
-        (lambda c: c.update(w=float("nan")), "w of .* must be finite"),
-        (lambda c: c.update(fl_y=-3.0), "positive size and focal length"),
         (lambda c: c.update(camera_model="EQUIRECTANGULAR"), "camera_model is 'EQUI.*allowed"),
         (lambda c: c.update(k4=0.1), "k4 is 0.1"),
         (lambda c: c.update(applied_transform=[[1, 2]]), "applied_transform must be 3x4"),
-        (lambda c: c.update(applied_scale=float("inf")), "applied_scale must be finite"),
         (lambda c: c.update(applied_transform=[[0.0] * 4] * 3), "applied_transform cannot be und"),
         (lambda c: c.update(w=-64), "positive size and focal length"),
-        (lambda c: c.update(h=10**400), "h of .* must be one number"),
         (lambda c: [f.update(mask_path=7) for f in c["frames"]], "'mask_path' must be a string"),
         (lambda c: c.update(train_filenames=["images/gone.png"]), "'images/gone.png' is in a"),
         (lambda c: c["frames"][0].update(mask_path="m.png"), "1 of 22 frames have a mask_path"),
@@ -108,16 +102,8 @@ def test_absent_or_unknown_folders_are_refused(tmp_path):
         read_capture(tmp_path, "colmap")
 
 
-def test_an_image_of_another_size_is_named(tmp_path):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
-    cv2.imwrite(str(tmp_path / "images_4" / "f20.jpg"), np.zeros((24, 32, 3), np.uint8))
-    with pytest.raises(ValueError, match=r"f20\.jpg: \(32, 24\) pixels .* others \(64, 48\)"):
-        read_capture(tmp_path, "mipnerf360")
-
-
-@pytest.mark.parametrize("depth", [100_000_000, 50_000])
-def test_json_of_nothing_but_nesting(tmp_path, depth):
-    (tmp_path / "transforms.json").write_bytes(b'{"frames":' + b"[" * depth)
+def test_json_of_nothing_but_nesting(tmp_path):
+    (tmp_path / "transforms.json").write_bytes(b'{"frames":' + b"[" * 50_000)
     with pytest.raises(ValueError, match=r"transforms\.json: not readable as JSON"):
         read_capture(tmp_path, "nerfstudio")
 
@@ -131,7 +117,7 @@ def test_a_model_of_no_images_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["images.bin", "points3D.bin", "cameras.bin", "frames.bin"])
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("share", [0.0, 0.9])
 def test_a_binary_model_cut_short_is_refused(tmp_path, name, share):
     write_colmap(recording("mipnerf360"), tmp_path, text=False)
     path = tmp_path / "sparse" / "0" / name
@@ -201,12 +187,9 @@ def test_lost_poses_of_any_kind_are_left_out(tmp_path):
     ("layout", "file", "text", "message"),
     [
         ("seven_scenes", "seq-01/frame-000002.pose.txt", "1 2 3", "expected a 4x4 matrix, got 3"),
-        ("seven_scenes", "seq-01/frame-000002.pose.txt", "a b", "not readable as numbers"),
         ("seven_scenes", "TrainSplit.txt", "seq one", "expected lines like sequence3"),
-        ("scannet", "pose/7.txt", "", "expected a 4x4 matrix, got 0"),
         ("scannet", "intrinsic/intrinsic_color.txt", "0", "expected a 4x4 matrix, got 1"),
         ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "{}", "no entry for 'f7"),
-        ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "[]", "expected a JSON object"),
     ],
 )
 def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
@@ -224,12 +207,8 @@ def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
         (lambda f: f[0]["image"].update(path="../x.jpg"), "leads outside"),
         (lambda f: f[0]["image"].update(size=[1, 2, 3]), "image.size must be 2"),
         (lambda f: f[0]["viewpoint"].update(R=[[1]]), r"viewpoint\.R must be 3x3"),
-        (lambda f: f[0]["viewpoint"].pop("focal_length"), r"viewpoint\.focal_length must be 2"),
         (lambda f: f.append(7), "list of objects"),
-        (lambda f: f.clear(), "0 sequences"),
-        (lambda f: f[0]["image"].update(path=7), "image: field 'path' must be a string"),
         (lambda f: f[0]["image"].update(size=[float("inf"), 2]), "image.size must be finite"),
-        (lambda f: f[0].update(viewpoint="x"), "field 'R' is missing"),
         (lambda f: f[0].update(frame_number=None), "frame_number must be finite"),
         (lambda f: f[0].update(mask=7), "mask: field 'path' is missing"),
     ],

@@ -14,7 +14,6 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture, read_raw
 from fsel.core.capture import Capture
-from fsel.core.names import natural
 from fsel.stages.ingest import ingest as save
 from fsel.synthetic.lens import project, unproject
 
@@ -115,10 +114,6 @@ def test_images_are_resized_with_their_intrinsics(tmp_path):
     capture = read_capture(tmp_path, long_side=32)
     assert capture.size == (32, 24)
     np.testing.assert_allclose(capture.intrinsics[0], [30, 30, 16, 12], atol=1e-9)
-
-
-def test_natural_order():
-    assert sorted(["f10", "f9", "a/2", "a/10"], key=natural) == ["a/2", "a/10", "f9", "f10"]
 
 
 @pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
