@@ -206,7 +206,11 @@ class Experiment(Settings):
 
     def ingest_minutes(self, wildcards: Any, attempt: int) -> int:
         """Return the minutes of reading a capture; to find its poses takes longer."""
-        return attempt * minutes_of(self.datasets.entries[wildcards.dataset]["poses"])
+        poses = self.datasets.entries[wildcards.dataset]["poses"]
+        if poses in ("layout", "file"):
+            return 30 * attempt
+        stated = 0 if isinstance(poses, str) else poses.get("timeout", 0)
+        return attempt * max(240, math.ceil(stated / 60))
 
     def ingest_gpus(self, wildcards: Any) -> int:
         """Return the GPUs of reading a capture: one where its poses' program works on one."""
@@ -227,14 +231,11 @@ class Experiment(Settings):
                 by default.
         """
         name = reconstructor.rstrip("/") or next(iter(self.reconstructors))
-        embedded: list[str] = []
-        real: list[str] = []
-        for dataset, label in self.labels(names).items():
-            generated = kinds_of(self.datasets.entries[dataset]) == ["embedded"]
-            (embedded if generated else real).append(label)
+        entries, labels = self.datasets.entries, self.labels(names)
+        embedded = [labels[d] for d in labels if kinds_of(entries[d]) == ["embedded"]]
         return {
             "embedded": embedded,
-            "real": real,
+            "real": [labels[d] for d in labels if kinds_of(entries[d]) != ["embedded"]],
             "missing": list(self.datasets.labels_missing),
             **({"without_lpips": True} if self.without_lpips else {}),
             **reconstructors.described(name, self.reconstructors[name]),
@@ -264,11 +265,3 @@ class Experiment(Settings):
 def gpus_of(poses: str | Section) -> int:
     """Return the GPUs that finding poses takes."""
     return int(not isinstance(poses, str) and poses.get("gpu", False))
-
-
-def minutes_of(poses: str | Section) -> int:
-    """Return the minutes of reading a capture with its poses, or of finding them."""
-    if poses in ("layout", "file"):
-        return 30
-    given = 0 if isinstance(poses, str) else poses.get("timeout", 0)
-    return max(240, math.ceil(given / 60))
