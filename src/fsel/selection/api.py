@@ -93,7 +93,8 @@ def select(
         descriptors: (N, D) of every frame, where they are known already, or what measures them of
             a capture; else measured by `lab_hog`, which needs no weights; for methods that read
             them.
-        focus: an object that targets must see, see `fsel.selection.focus`.
+        focus: an object that targets must see: a folder of masks, the six numbers of a box, or a
+            `fsel.selection.focus.Focus`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
         keep_bad: whether bad frames may be picked. Else those of a folder, a video or poses are
