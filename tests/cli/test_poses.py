@@ -247,18 +247,6 @@ def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, un
     assert "fsel: poses by places: " in capsys.readouterr().err
 
 
-def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_path, capsys):
-    """As stored, without a word of EXIF: of two sizes."""
-    photos, names = tmp_path / "photos", [f"{i}.png" for i in range(8)]
-    turned = [np.rot90(shot) if i % 4 == 1 else shot for i, shot in enumerate(shots[:8])]
-    for shot, name in zip(turned, names, strict=True):
-        image_files.write(shot[None], photos, [name])
-    assert run("poses", photos, "-o", tmp_path / "out") == 0
-    assert "COLMAP placed 8 of 8 frames" in capsys.readouterr().out
-    model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
-    assert sorted((c.width, c.height) for c in model.cameras.values()) == [(240, 320), (320, 240)]
-
-
 def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_path, capsys):
     """A phone that was held in four ways: EXIF tells how, and the cameras are of one size."""
     photos, names = tmp_path / "photos", [f"{i}.jpg" for i in range(8)]

@@ -15,7 +15,7 @@ from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
-from fsel.captures import validate
+from fsel.captures import read
 from fsel.captures.images import previews
 from fsel.captures.images.previews import sharpness
 from fsel.captures.lazy import open_capture
@@ -57,12 +57,6 @@ def test_type_checkers_see_every_name_where_it_lives():
     }
     assert stated == fsel._HOMES
     assert sorted(stated) == sorted(fsel.__all__)
-
-
-def test_registries_name_what_may_be_asked_for():
-    assert {"fsel", "uniform", "fvs", "nearest", "random"} <= set(fsel.METHODS)
-    assert {"colmap", "nerfstudio"} <= set(fsel.LAYOUTS)
-    assert "splats" in fsel.RECONSTRUCTORS
 
 
 def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
@@ -107,11 +101,6 @@ def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path()
     assert chosen.names == fsel.select(capture, expected, patience=0).names
 
 
-def test_methods_with_appearance_get_descriptors(folder):
-    capture = fsel.read_capture(folder, long_side=64)
-    assert len(fsel.select(capture, 5, method="untrained").names) == 5
-
-
 def test_methods_with_appearance_take_the_descriptors_given(folder):
     """All frames alike but for two: a determinantal process picks those and one of the others."""
     capture = fsel.read_capture(folder, long_side=64)
@@ -120,19 +109,6 @@ def test_methods_with_appearance_take_the_descriptors_given(folder):
     given[5], given[17] = [0, 1, 0], [0, 0, 1]
     picks = fsel.select(capture, 3, method="dpp", descriptors=given).indices
     assert {5, 17} < set(picks.tolist())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"k": 0}, "k is 0; allowed: 1 to 24"),
-        ({"k": 25}, "k is 25"),
-        ({"k": 3, "method": "best"}, "method is 'best'; allowed: fsel"),
-    ],
-)
-def test_requests_that_cannot_be_met_are_refused(arguments, said, folder):
-    with pytest.raises(ValueError, match=said):
-        fsel.select(fsel.read_capture(folder), **arguments)
 
 
 def test_an_unknown_reconstructor_is_refused(folder):
@@ -224,7 +200,7 @@ def test_an_opened_capture_loads_the_frames_asked_for(folder):
 
 
 def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch):
-    monkeypatch.setattr(validate, "SAMPLE", 4)
+    monkeypatch.setattr(read, "SAMPLE", 4)
     opened = open_capture(folder, long_side=64)
     assert opened.capture.points is None
     points, whole = opened.with_points().points, fsel.read_capture(folder, long_side=64).points
@@ -234,17 +210,6 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
         expected = whole.xyz[whole.track_point[whole.track_frame == frame]]
         xyz = points.xyz[points.track_point[points.track_frame == frame]]
         np.testing.assert_array_equal(np.sort(xyz, axis=0), np.sort(expected, axis=0))
-
-
-def test_the_paper_s_selector_comes_with_the_package(folder):
-    capture = fsel.read_capture(folder, long_side=64)
-    for name in ("less_is_more", "less_is_more_no_appearance"):
-        chosen = fsel.select(capture, 6, targets="every:6", method=name)
-        assert np.isfinite(chosen.scores).all()
-        assert not set(chosen.indices) & {0, 6, 12, 18}
-        provenance = pretrained.method(name).scorer.provenance
-        assert provenance["policy"] == name
-        assert "searched subsets" in provenance["made by"]
 
 
 def test_weights_of_one_s_own_take_the_place_of_those_that_come_with_the_package(folder, tmp_path):

@@ -1,10 +1,5 @@
 """The Python calls: what they take, what they refuse, what they print and what they write."""
 
-import io
-import json
-import pydoc
-import re
-from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +11,6 @@ import fsel
 from fsel.captures import opening
 from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.cli import main
-from fsel.core.names import natural
 from fsel.selection.api import captured
 
 EVERY = "every:6"
@@ -201,17 +195,3 @@ def test_what_is_printed_is_short(capture):
 def test_the_package_shows_its_public_names_and_version():
     assert dir(fsel) == sorted([*fsel.__all__, "__version__"])
     assert fsel.__version__.count(".") == 2
-    page = io.StringIO()
-    with redirect_stdout(page):
-        pydoc.Helper(output=page).help(fsel)
-    text = re.sub(r"\(\s+", "(", pydoc.plain(page.getvalue()))  # Python 3.13 breaks long signatures
-    for line in ("select(capture", "fit(capture", "evaluate(capture", "read_capture(path"):
-        assert line in text
-    assert sorted(json.loads(json.dumps(list(fsel.METRICS)))) == sorted(fsel.METRICS)
-
-
-def test_names_are_in_natural_order(content, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    mixed = content | {"frames": content["frames"][::-1]}
-    names = captured(mixed).capture.names
-    assert list(names) == sorted(names, key=natural)

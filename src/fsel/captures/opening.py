@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
@@ -38,31 +37,25 @@ KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
 
 
-class Reporter(Protocol):
-    """What tells a person of progress: the command's console, or `SILENT`."""
+class Reporter:
+    """What tells a person of progress, as the command's console does; this one is silent."""
 
-    def say(self, label: str, text: str) -> None: ...
+    def say(self, label: str, text: str) -> None:
+        """Print a line."""
 
-    def warn(self, text: str) -> None: ...
-
-    def bar(self, label: str) -> Progress: ...
-
-    def clock(self, label: str) -> AbstractContextManager[None]: ...
-
-
-class _Silent:
-    def say(self, label: str, text: str) -> None: ...
-
-    def warn(self, text: str) -> None: ...
+    def warn(self, text: str) -> None:
+        """Print a warning."""
 
     def bar(self, label: str) -> Progress:
+        """Return what wraps a loop."""
         return in_silence
 
     def clock(self, label: str) -> AbstractContextManager[None]:
+        """Return a block whose time is shown."""
         return nullcontext()
 
 
-SILENT: Reporter = _Silent()
+SILENT = Reporter()
 
 
 @dataclass(frozen=True)

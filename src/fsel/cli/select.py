@@ -37,9 +37,8 @@ from fsel.selection.request import (
     checked_request,
     method_of,
 )
-from fsel.selection.scene_depth import behind
 from fsel.selection.select import select_frames
-from fsel.selection.targets import ALL, ORBIT
+from fsel.selection.targets import ALL
 from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: what was tried so far decides; again to give up"
@@ -59,7 +58,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         checked = checked_request(_request(args, source, form))
-        _say_request(args, console, checked, source)
+        _say_request(console, checked, source)
         with _trying(checked.patience, console) as patience:
             outcome = select_frames(replace(checked, patience=patience), console)
         written = time.perf_counter()
@@ -161,9 +160,7 @@ def _shown(
     )
 
 
-def _say_request(
-    args: argparse.Namespace, console: Console, checked: CheckedRequest, source: LazyCapture
-) -> None:
+def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture) -> None:
     """Say what is selected from, and for which views."""
     camera, targets = source.raw.cameras[0], checked.targets
     frames = counted(len(source.capture), "frame")
@@ -177,14 +174,6 @@ def _say_request(
     console.say("targets", what)
     if far := targets.far.sum():
         console.warn(f"{far} of {len(targets.views)} target views lie far from every camera")
-    points = source.with_points().points if args.targets == ORBIT else None
-    if points is not None:
-        count = int(behind(targets.views, source.capture.views, points).sum())
-        if count:
-            console.warn(
-                f"{count} of {len(targets.views)} views of the orbit lie behind surfaces that the "
-                "cameras saw, as if in or behind a wall. Hint: --targets trajectory"
-            )
 
 
 def _say_outcome(console: Console, outcome: Outcome) -> None:

@@ -4,7 +4,6 @@ import json
 import sys
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pycolmap
 import pytest
@@ -15,7 +14,6 @@ import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.images.previews import LUMA
 from fsel.captures.read import read_capture
-from fsel.selection.export import placing
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "captures"))
 
@@ -95,20 +93,6 @@ def test_a_trainer_that_resizes_in_place_leaves_the_originals_alone(capture, tmp
         with path.open("r+b") as file:
             file.write(b"resized")
     assert {path.name: path.read_bytes() for path in (capture / "images").iterdir()} == before
-
-
-def test_files_share_blocks_where_the_file_system_can(tmp_path, monkeypatch):
-    (tmp_path / "a").write_bytes(cv2.imencode(".png", np.zeros((4, 4), np.uint8))[1])
-    asked = []
-
-    def clone(target, request, source):
-        asked.append(request)
-        return 0
-
-    monkeypatch.setattr("fcntl.ioctl", clone)
-    placing.place(tmp_path / "a", tmp_path / "b", link=False, size=None)
-    assert asked == [0x40049409]
-    assert (tmp_path / "b").read_bytes() == b""  # the blocks were left to the file system
 
 
 def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys):

@@ -15,7 +15,6 @@ from fsel.captures.layouts.contract import RawCapture
 from fsel.selection.focus import load_white, mask_file
 
 FILM = ".jpg"  # ending of images that are frames of a video
-FICLONE = 0x40049409  # of Linux: let a file share another one's blocks until either is written to
 WRITABLE = (".png", ".jpg", ".jpeg")  # what is changed into another file of its kind
 
 
@@ -52,10 +51,9 @@ def place(
     Args:
         file: the image.
         path: below a folder that may not be there yet.
-        link: as a hard link where the file system has them; else as a copy, which shares its
-            blocks with the original where the file system can. A photo whose EXIF asks for a turn
-            is encoded again without that word, since cameras describe the pixels as they are
-            stored and some trainers would turn them.
+        link: as a hard link where the file system has them; else as a copy. A photo whose EXIF
+            asks for a turn is encoded again without that word, since cameras describe the pixels
+            as they are stored and some trainers would turn them.
         size: (width, height) that it is reduced to; None as it is.
         lens: undistorts it to that size; None to keep its distortion.
     """
@@ -76,23 +74,7 @@ def place(
             return
         except OSError:
             pass  # another file system, or one without hard links
-    if not _cloned(file, path):
-        shutil.copy2(file, path)
-
-
-def _cloned(file: Path, path: Path) -> bool:
-    """Let the path share the file's blocks; False where the file system cannot."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return False
-    with file.open("rb") as source, path.open("wb") as target:
-        try:
-            fcntl.ioctl(target.fileno(), FICLONE, source.fileno())
-        except OSError:
-            return False
-    shutil.copystat(file, path)
-    return True
+    shutil.copy2(file, path)
 
 
 def mask(
