@@ -11,8 +11,8 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts.contract import SUBJECT
 from fsel.synthetic import outdoors, things, trajectories
 from fsel.synthetic.rooms import living_room, pedestal, room, shell
-from fsel.synthetic.shot import Habits, Shot, plan
 from fsel.synthetic.solids import Scene
+from fsel.synthetic.trajectories import Habits, Shot, plan
 
 TABLE = 0.72  # metres from the ground to where a single object stands
 

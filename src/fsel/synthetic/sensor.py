@@ -1,14 +1,13 @@
-"""Sensor effects on a shot: samples over pixel and exposure, vignette, gain, noise."""
+"""The camera of a shot: its rays and pixels, samples over the exposure, vignette, gain, noise."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.core.geometry import lengths
+from fsel.core.geometry import lengths, pixel_centers
 from fsel.synthetic.caster import Caster
-from fsel.synthetic.lens import project
-from fsel.synthetic.shot import Shot
+from fsel.synthetic.trajectories import Shot
 
 GAMMA = 0.5
 VIGNETTE = 0.12  # darkening of the corners
@@ -102,3 +101,19 @@ def to_world(pose: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray
     directions /= lengths(directions)[:, None]
     center = (-pose[:, :3].T @ pose[:, 3]).astype(np.float32)
     return np.tile(center, (len(rays), 1)), directions
+
+
+def unproject(camera: Camera) -> np.ndarray:
+    """(h * w, 3) camera rays with z = 1 through the pixel centres."""
+    x, y = pixel_centers(camera.width, camera.height)
+    pixels = np.stack([x.ravel(), y.ravel()], axis=1)
+    flat = np.asarray(camera.colmap.cam_from_img(pixels))
+    return np.column_stack([flat, np.ones(len(flat))])
+
+
+def project(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels of (n, 3) camera points; those behind the camera land far outside."""
+    out = np.full((len(points), 2), -1e6)
+    ahead = points[:, 2] > 1e-6
+    out[ahead] = np.asarray(camera.colmap.img_from_cam(points[ahead]))
+    return out

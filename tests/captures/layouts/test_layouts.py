@@ -15,7 +15,7 @@ from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture, read_raw
 from fsel.core.capture import Capture
 from fsel.stages.ingest import ingest as save
-from fsel.synthetic.lens import project, unproject
+from fsel.synthetic.sensor import project, unproject
 
 CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
 
