@@ -12,7 +12,6 @@ import pytest
 import torch
 import yaml
 from plyfile import PlyData
-from scipy.spatial.transform import Rotation
 from selection_problems import around, numbered, pointed
 from small_captures import ring
 
@@ -80,47 +79,6 @@ sys.path.append({here!r})
 sys.argv = sys.argv[1:]
 sys.path.insert(0, "")
 runpy.run_path(sys.argv[0], run_name="__main__")
-"""
-
-ANYSPLAT = """
-from pathlib import Path
-from types import SimpleNamespace
-import numpy as np, torch
-
-HERE = Path(__file__).parents[3]
-
-class AnySplat:
-    @classmethod
-    def from_pretrained(cls, weights):
-        found = cls()
-        found.poses, found.seen = torch.from_numpy(np.load(weights)), []
-        found.encoder = found.encode
-        found.decoder = SimpleNamespace(forward=found.paint)
-        return found
-
-    def to(self, device):
-        return self
-
-    def eval(self):
-        return self
-
-    def encode(self, images, global_step, visualization_dump):
-        numbers = (images[0, :, 0, 0, 0] * 255).round().long()
-        cameras = {"extrinsic": self.poses[numbers][None]}
-        return SimpleNamespace(gaussians=None, pred_context_pose=cameras)
-
-    def paint(self, gaussians, poses, lenses, near, far, size):
-        self.seen.append(torch.cat([poses[0, 0].flatten(), lenses[0, 0].flatten()]).numpy())
-        np.save(HERE / "seen.npy", self.seen)
-        return SimpleNamespace(color=torch.full((1, 1, 3, *size), 0.2 * len(self.seen)))
-"""
-
-IMAGE = """
-import cv2, torch
-
-def process_image(path):
-    image = cv2.imread(path)[:, :, ::-1].copy()
-    return torch.from_numpy(image).permute(2, 0, 1).float() / 255 * 2 - 1
 """
 
 
@@ -198,28 +156,6 @@ def test_long_lrm_is_given_the_picks_as_its_loader_makes_them(capture, tmp_path,
 def test_long_lrm_without_all_weights_is_told(capture, tmp_path):
     with pytest.raises(Unfinished, match=r"lacks 1 of the model's weights, such as scale"):
         reconstruct(capture, **long_lrm(tmp_path, weights={}))
-
-
-def test_anysplat_is_placed_by_the_selected_cameras(capture, tmp_path):
-    turn, scale, shift = (
-        Rotation.from_rotvec([1, -0.4, 0.2]).as_matrix(),
-        0.2,
-        np.array([3.0, 1, 2]),
-    )
-    c2w = invert_pose(capture.world_to_camera)
-    own = np.tile(np.eye(4), (8, 1, 1))  # the stand-in's world
-    own[:, :3, :3], own[:, :3, 3] = turn @ c2w[:, :, :3], scale * c2w[:, :, 3] @ turn.T + shift
-    np.save(tmp_path / "poses.npy", own)
-    for path, text in {"model/model/anysplat.py": ANYSPLAT, "utils/image.py": IMAGE}.items():
-        (tmp_path / "src" / path).parent.mkdir(parents=True)
-        (tmp_path / "src" / path).write_text(text)
-    serve = [sys.executable, "{recipes}/anysplat.py", str(tmp_path), str(tmp_path / "poses.npy")]
-    images = reconstruct(capture, serve=serve)
-    np.testing.assert_allclose(images[:, 0, 0, 0], [0.2, 0.4], atol=1e-6)
-    seen = np.load(tmp_path / "seen.npy")
-    np.testing.assert_allclose(seen[:, :16].reshape(2, 4, 4), own[TARGETS], atol=1e-5)
-    lens = [0.8, 0, 0.5, 0, 0.8 * 24 / 18, 0.5, 0, 0, 1]
-    np.testing.assert_allclose(seen[:, 16:], [lens, lens], atol=1e-6)
 
 
 # gsplat's examples/simple_trainer.py as far as fields and calls go; a pixel is a camera's height

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,21 +60,16 @@ class GaussianModel(Fitted):
         return self.table[:, MEAN].astype(np.float64) * self.frame.unit + self.frame.origin
 
     def render(self, views: Views) -> np.ndarray:
-        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        """Return (T, h, w, 3) float32 images in [0, 1] at the given poses."""
         width, height = views.size
         out = np.empty((len(views), height, width, 3), np.float32)
-        for t, canvas in enumerate(self.drawings(views)):
-            out[t] = canvas.image.transpose(1, 2, 0)
-        return np.clip(out, 0, 1, out=out)
-
-    def drawings(self, views: Views) -> Iterator[Canvas]:
-        """Yield a canvas with each view drawn on it, until the next one."""
         canvas = Canvas(len(self.table), views.size, self.background)
         poses, factor = self.frame.local_poses(views.world_to_camera), np.ones(len(self.table))
-        for t in range(len(views)):
+        for t, image in enumerate(out):
             camera = camera_of(poses[t], views.intrinsics[t], views.size, self.near)
             canvas.draw(self.table, self.degree, factor.astype(np.float32), camera)
-            yield canvas
+            image[:] = canvas.image.transpose(1, 2, 0)
+        return np.clip(out, 0, 1, out=out)
 
     def export_ply(self, path: str | Path) -> None:
         """Write the standard `.ply` of Kerbl et al. 2023, in world units, which viewers open.
