@@ -103,7 +103,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
 
 
 def _content(args: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
-    """Content of compare.json."""
+    """Return the content of compare.json."""
     return {
         "capture": str(args.capture.resolve()),
         "targets": list(compared.names),
@@ -138,7 +138,7 @@ def _checked(
 
 
 def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
-    """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
+    """Return the picks of each k and method, one a seed; nested methods run once."""
 
     def chance(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng(args.seed + run.seed)
@@ -161,7 +161,7 @@ def _scores(
     metrics: Metrics,
     console: Console,
 ) -> Scores:
-    """(k, method) -> (seeds, T, M) metrics of the held-out frames, in their masks."""
+    """Return (seeds, T, M) metrics of the held-out frames for each k and method, in their masks."""
     (frames, masks), capture = held_out, keeping.capture
     truth = np.asarray(capture.images[frames])
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
@@ -177,7 +177,7 @@ def _scores(
 def _rows(
     capture: Capture, compared: Compared, picks: Picks, served: dict[Cell, tuple[float, float]]
 ) -> list[dict]:
-    """A row of mean metrics for each number of frames and method, over frames and seeds."""
+    """Return a row of mean metrics for each number of frames and method."""
     rows = []
     for (used, name), (k, *_) in compared.rows.items():
         chosen = picks[k, name]
@@ -196,7 +196,7 @@ def _compared(
     scores: Scores,
     metrics: Metrics,
 ) -> Compared:
-    """Content of the page; frames are (T,) held-out ones, and (T,) bool which are blurred."""
+    """Return the content of the page."""
     capture, drawn, renders = keeping.capture, keeping.drawn, keeping.renders(picks)
     held_out, unsharp = frames
     width, height = capture.size
@@ -232,7 +232,7 @@ class _Keeping:
         self.images: dict[tuple[int, ...], np.ndarray] = {}
 
     def renders(self, picks: Picks) -> dict[Cell, np.ndarray]:
-        """Renderings of each k and method, by the picks of its first seed."""
+        """Return the renderings of each k and method, by the picks of its first seed."""
         return {key: self.images[subset_key(chosen[0])] for key, chosen in picks.items()}
 
     def fit(self, frames: np.ndarray) -> Any:  # a Model, by way of `_Kept.__getattr__`
@@ -256,7 +256,7 @@ class _Kept:
 
 
 def _table(compared: Compared, rows: list[dict]) -> str:
-    """The metrics, one row a method and k, how far the first method is ahead, and what it says."""
+    """Return the metrics as text, a row for each method and k, and how far the first is ahead."""
     first, wide = compared.methods[0], max(map(len, compared.methods))
     known = SERVED[0] in rows[0]
     ahead = "" if len(compared.methods) == 1 else f"  {first} ahead, dB"
@@ -276,7 +276,7 @@ def _table(compared: Compared, rows: list[dict]) -> str:
 def _sheets(
     args: argparse.Namespace, keeping: _Keeping, shown: np.ndarray, picks: Picks
 ) -> Iterator[tuple[str, np.ndarray]]:
-    """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
+    """Yield file name and image of a few held-out frames: a row for each k, truth, then methods."""
     capture, renders, few = keeping.capture, keeping.renders(picks), evenly(len(shown), SHEETS)
     names = file_names([capture.names[frame] for frame in shown[few]])
     for name, at in zip(names, few, strict=True):

@@ -99,7 +99,7 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
 
 
 def _looked_at(capture: Capture) -> list[float] | None:
-    """Coordinates of the point that the cameras look at, where there is one."""
+    """Return the coordinates of the point that the cameras look at, where there is one."""
     try:
         return attention(capture.centers, capture.axes).tolist()
     except ValueError:
@@ -107,7 +107,7 @@ def _looked_at(capture: Capture) -> list[float] | None:
 
 
 def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
-    """Names of the frames that `fsel select -k auto` keeps, and why so many."""
+    """Return the names of the frames that `fsel select -k auto` keeps, and why so many."""
     if len(capture) < LEAST_FRAMES:
         return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
     bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
@@ -117,7 +117,7 @@ def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
 
 
 def _unregistered(files: Sequence[image_files.Image], skipped: Collection[str]) -> list[str]:
-    """Names of images that lie beside the frames' and are none of them, nor of those skipped."""
+    """Return names of images that lie beside the frames', without those skipped."""
     known = {file for file in files if isinstance(file, Path)}
     posed = {Path(name).name for name in skipped}
     folders = sorted({file.parent for file in known})

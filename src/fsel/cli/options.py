@@ -90,7 +90,7 @@ def duration(text: str) -> float:
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
-    """A command with the options that all share."""
+    """Add a command with the options that all share."""
     command = commands.add_parser(name, help=text, description=text)
     command.add_argument("--quiet", action="store_true", help="print nothing but errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -99,7 +99,7 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 
 
 def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
-    """A command with the options of those that read a capture, or a model and a capture."""
+    """Add a command that reads a capture, or a model and a capture, with the options of those."""
     command = bare_command(commands, name, text)
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")

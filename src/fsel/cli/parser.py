@@ -34,7 +34,7 @@ EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
 
 
 def parser() -> argparse.ArgumentParser:
-    """All commands with their options."""
+    """Return the grammar of all commands."""
     root = argparse.ArgumentParser(
         prog="fsel",
         description="Choose the frames of a posed capture that a novel-view reconstructor "
@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """A command line, by default the process' own.
+    """Parse a command line, by default the process' own.
 
     Negative numbers with exponents are written out: argparse takes them for options.
     """

@@ -18,7 +18,7 @@ AGAINST = {
 
 
 def commands(args: argparse.Namespace, k: int) -> Commands:
-    """The command line without its lists, the same for k frames of the rule, and the one to look.
+    """Return the command lines that a report offers.
 
     Args:
         args: of `fsel select`.
@@ -32,7 +32,7 @@ def commands(args: argparse.Namespace, k: int) -> Commands:
 
 
 def without(words: Sequence[str], options: dict[str, int]) -> list[str]:
-    """Words of a command line less some options, abbreviated ones too, and their values."""
+    """Return a command line without some options and their values; also abbreviated ones."""
     kept, skipped = [], 0
     for word in words:
         if skipped:

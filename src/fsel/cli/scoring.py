@@ -16,7 +16,7 @@ PERCEPTUAL = ("psnr", "ssim", "lpips")  # where a setting of LPIPS is given
 
 
 def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
-    """The metrics that a command line asks for, once each is known to work.
+    """Return the metrics that a command line asks for, once each is known to work.
 
     LPIPS's published weights are fetched where they are not yet, into the user's cache.
 
@@ -44,17 +44,17 @@ def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
 
 
 def heading(metrics: Metrics) -> str:
-    """The columns' titles: PSNR is in dB; of GMSD and LPIPS less is better."""
+    """Return the columns' titles."""
     return "  ".join(f"{REGISTERED[name].label:>{WIDTH}}" for name in metrics)
 
 
 def columns(row: Mapping, metrics: Metrics) -> str:
-    """A row's values below `heading`."""
+    """Return a row's values, to print below `heading`."""
     return "  ".join(f"{REGISTERED[name].printed(row[name]):>{WIDTH}}" for name in metrics)
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """A name for a file of each frame, no two equal: folders become a part of the name.
+    """Return a distinct file name for each frame; folders become a part of the name.
 
     Where that makes two names equal (`a/b` and `a_b`, or `B` and `b` where case does not count),
     each name is followed by its number.

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
 
 
 def sources_of(given: list[Path]) -> Sources:
-    """Kinds of the given paths: a model, a selection (which names its capture), or a capture.
+    """Sort the given paths: a model, a selection (which names its capture), or a capture.
 
     Raises:
         ValueError: for a path that is none of these, or two of a kind.
@@ -91,7 +91,7 @@ def sources_of(given: list[Path]) -> Sources:
 def _scene(
     args: argparse.Namespace, sources: Sources, console: Console, url: str | None = None
 ) -> tuple[dict, ply.Cloud | None]:
-    """Content of the page, and the Gaussians that it shows."""
+    """Return the content of the page, and the Gaussians that it shows."""
     cloud = None
     if sources.model is not None:
         cloud = ply.read(sources.model)
@@ -122,7 +122,7 @@ def _scene(
 def _cameras(
     names: Sequence[str], pictures: Sequence[bytes], record: dict
 ) -> list[viewer.ViewerCamera]:
-    """Every frame with its state in the selection, if there is one, and its picture."""
+    """Return every frame with its state in the selection, if there is one, and its picture."""
     picked = {entry["name"]: entry for entry in record.get("frames", ())}
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
     held = set(record.get("targets", {}).get("held_out", ()))
@@ -170,7 +170,7 @@ def _serve(args: argparse.Namespace, sources: Sources, console: Console) -> None
 
 
 def _server(port: int, answers: dict[str, tuple[str, bytes]]) -> ThreadingHTTPServer:
-    """A server of this machine that gives (type, content) of each path.
+    """Start a server of this machine that gives (type, content) of each path.
 
     Raises:
         ValueError: for a port that cannot be had.

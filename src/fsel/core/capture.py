@@ -59,11 +59,11 @@ class Views:
         return len(self.world_to_camera)
 
     def subset(self, rows: np.ndarray | slice) -> Views:
-        """The views at some rows, in that order."""
+        """Return the views at some rows, in that order."""
         return Views(self.world_to_camera[rows], self.intrinsics[rows], self.size)
 
     def joined(self, others: Views) -> Views:
-        """Views of these, then of others of the same size."""
+        """Join these views and others of the same size."""
         poses = np.concatenate([self.world_to_camera, others.world_to_camera])
         return Views(poses, np.concatenate([self.intrinsics, others.intrinsics]), self.size)
 
@@ -159,11 +159,11 @@ class Capture:
         return self.views.axes
 
     def view(self, frames: np.ndarray) -> Views:
-        """Poses of the given frames, without their images."""
+        """Return the poses of the given frames, without their images."""
         return self.views.subset(frames)
 
     def subset(self, frames: np.ndarray, images: np.ndarray | None = None) -> Capture:
-        """A capture of some of the frames, in the given order, and of what they observe.
+        """Return a capture of some of the frames, in the given order, and of what they observe.
 
         Args:
             frames: (n,) distinct frames.
@@ -182,7 +182,7 @@ class Capture:
         )
 
     def resized(self, long_side: int) -> Capture:
-        """The same capture with its images reduced to `long_side` pixels, by area means."""
+        """Reduce the images to `long_side` pixels, by area means."""
         width, height = self.size
         scale = long_side / max(width, height)
         if scale >= 1:

@@ -75,7 +75,7 @@ def running(process: int) -> bool:
 
 @contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place when the block ends without an error.
+    """Yield a temporary path beside `path` that takes its place when the block succeeds.
 
     A job that is killed half-way leaves the old file, or none, but never half a file.
     """
@@ -95,13 +95,13 @@ def write_text(text: str, path: str | Path) -> None:
 
 
 def digest(values: Mapping[str, Any]) -> str:
-    """Twelve hexadecimal digits of a mapping's content, whatever the order of its keys."""
+    """Return twelve hexadecimal digits of a mapping's content, whatever the order of its keys."""
     text = json.dumps(dict(values), sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
-    """Twelve hexadecimal digits of files and of a mapping: what a result depends on.
+    """Return twelve hexadecimal digits of files and of a mapping: what a result depends on.
 
     Of a large file, such as a capture's images, size and time of change stand for its content:
     reading it would take as long as using it.
@@ -210,7 +210,7 @@ def _readable(path: str | Path) -> Iterator[None]:
 
 
 def mapped_array(path: str | Path) -> np.ndarray:
-    """A .npy file as a read-only map: pages are read when they are touched.
+    """Open a .npy file as a read-only map: pages are read when they are touched.
 
     Raises:
         ValueError: for a file that is none, or shorter than its header says, naming it.
@@ -242,7 +242,7 @@ def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
 
 
 def to_arrow(column: Any) -> pa.Array:
-    """An Arrow array of a column as `Columns` describes it; one of arrays becomes lists."""
+    """Return an Arrow array of a column as `Columns` describes it; one of arrays becomes lists."""
     import pyarrow as pa
 
     if len(column) and np.ndim(column[0]):
@@ -261,7 +261,7 @@ def to_arrow(column: Any) -> pa.Array:
 
 
 def from_arrow(array: pa.Array) -> np.ndarray:
-    """A column of an Arrow array; no value of it is missing.
+    """Return a column of an Arrow array; no value of it is missing.
 
     Lists of one length become a matrix, others an array of arrays.
     """

@@ -16,7 +16,7 @@ LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the h
 
 
 def merged(points: np.ndarray) -> np.ndarray:
-    """(n, 3) the same points, coordinates that only rounding tells apart made equal.
+    """Return (n, 3) points, with coordinates made equal that only rounding tells apart.
 
     Cameras in one place then are in one place: a column of their distances would else be noise,
     and standardising it would make the noise decide.
@@ -39,17 +39,17 @@ def centered(points: np.ndarray) -> np.ndarray:
 
 
 def camera_centers(world_to_camera: np.ndarray) -> np.ndarray:
-    """(N, 3) centres of (N, 3, 4) world-to-camera poses, in world units; of the poses' dtype."""
+    """Return (N, 3) centres, in world units, of (N, 3, 4) poses; of the same dtype."""
     return -np.einsum("nij,ni->nj", world_to_camera[:, :, :3], world_to_camera[:, :, 3])
 
 
 def pose_matrices(rotations: np.ndarray, translations: np.ndarray) -> np.ndarray:
-    """(N, 3, 4) world-to-camera of (N, 3, 3) rotations and (N, 3) translations."""
+    """Return (N, 3, 4) world-to-camera of (N, 3, 3) rotations and (N, 3) translations."""
     return np.concatenate([rotations, translations[..., None]], axis=2)
 
 
 def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """(N, 3, 4) world-to-camera of cameras at (N, 3) centres with (N, 3, 3) rotations."""
+    """Return (N, 3, 4) world-to-camera of cameras at (N, 3) centres with (N, 3, 3) rotations."""
     return pose_matrices(rotations, -np.einsum("nij,nj->ni", rotations, centers))
 
 
@@ -73,7 +73,7 @@ def upwards(world_to_camera: np.ndarray) -> np.ndarray:
 
 
 def upright(world_to_camera: np.ndarray) -> np.ndarray:
-    """(3, 3) smallest rotation of the world of (N, 3, 4) poses after which z points upwards."""
+    """Return the (3, 3) smallest rotation of a world after which z points upwards."""
     x, y, z = upwards(world_to_camera)
     if z < -1 + 1e-9:  # upside down: about any horizontal axis
         return np.diag([1.0, -1.0, -1.0])
@@ -82,12 +82,12 @@ def upright(world_to_camera: np.ndarray) -> np.ndarray:
 
 
 def turned(world_to_camera: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """(N, 3, 4) the same cameras in a world that (3, 3) `turn` brought another way up."""
+    """Return (N, 3, 4) poses of the same cameras in a world that (3, 3) `turn` turned."""
     return pose_matrices(world_to_camera[:, :, :3] @ turn.T, world_to_camera[:, :, 3])
 
 
 def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """(..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned.
+    """Return (..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned.
 
     Args:
         poses: (..., 3, 4) world-to-camera.
@@ -99,7 +99,7 @@ def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.
 
 
 def invert_pose(pose: np.ndarray) -> np.ndarray:
-    """(..., 3, 4) inverse of (..., 3+, 4) rigid poses, by transposing their rotations.
+    """Invert (..., 3+, 4) rigid poses to (..., 3, 4), by transposing their rotations.
 
     Poses that are not finite, as trackers write where they are lost, give such ones.
     """
@@ -109,13 +109,13 @@ def invert_pose(pose: np.ndarray) -> np.ndarray:
 
 
 def pixel_centers(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Two (h, w) arrays of the pixels' x and y; the top-left one's are 0.5."""
+    """Return two (h, w) arrays of the pixels' x and y; the top-left one's are 0.5."""
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     return x, y
 
 
 def pixel_rays(intrinsics: np.ndarray, width: int, height: int) -> np.ndarray:
-    """(h, w, 3) rays through the pixels' centres in the camera's axes, with z = 1.
+    """Return (h, w, 3) rays through the pixels' centres in the camera's axes, with z = 1.
 
     Args:
         intrinsics: (4,) fx, fy, cx, cy in pixels.
@@ -129,7 +129,7 @@ def pixel_rays(intrinsics: np.ndarray, width: int, height: int) -> np.ndarray:
 def line_equations(
     points: np.ndarray, axes: np.ndarray, weights: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The normal equations of the point nearest to lines, by weighted squared distances.
+    """Return the normal equations of the point nearest to lines.
 
     Args:
         points, axes: (n, 3) a point of each line and its unit direction.
@@ -145,12 +145,12 @@ def line_equations(
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """(...) Euclidean norms of (..., 3) vectors; three times as fast as `np.linalg.norm`."""
+    """Return (...) norms of (..., 3) vectors; three times as fast as `np.linalg.norm`."""
     return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
 
 
 def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angles between unit vectors, exact to rounding even where they are nearly (anti)parallel.
+    """Return angles between unit vectors, exact even where they are nearly (anti)parallel.
 
     Args:
         a: (..., 3) unit vectors.
@@ -165,12 +165,12 @@ def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def pairwise_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(A, B) radians between every two of (A, 3) and (B, 3) unit vectors."""
+    """Return (A, B) radians between every two of (A, 3) and (B, 3) unit vectors."""
     return viewing_angles(a[:, None], b[None])
 
 
 def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(A, B) Euclidean distances between (A, 3) and (B, 3) points, by differences.
+    """Return (A, B) Euclidean distances between (A, 3) and (B, 3) points, by differences.
 
     The expanded square would lose everything for coordinates far from the origin.
     """
@@ -180,7 +180,7 @@ def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def pose_distance(
     centers_a: np.ndarray, axes_a: np.ndarray, centers_b: np.ndarray, axes_b: np.ndarray
 ) -> np.ndarray:
-    """The split's distance: centre distance and viewing angle, each over its maximum.
+    """Return the split's distance: centre distance and viewing angle, each over its maximum.
 
     Args:
         centers_a, axes_a: (A, 3) camera centres and unit optical axes.
@@ -197,7 +197,7 @@ def pose_distance(
 
 
 def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """Unit vectors from origins to points, broadcast; zero where they coincide to rounding."""
+    """Return unit vectors from origins to points; zero where they coincide to rounding."""
     offset = points - origins
     length = lengths(offset)
     least = ROUNDING * max(np.abs(points).max(initial=0.0), np.abs(origins).max(initial=0.0))
@@ -205,7 +205,7 @@ def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
-    """Closest point of each forward ray (t >= 0) to the centroid of the candidates' centres.
+    """Return the closest point of each ray, t >= 0, to the centroid of the candidates' centres.
 
     Args:
         centers, axes: (O, 3) of the reference views.
@@ -220,7 +220,7 @@ def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray
 
 
 def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
-    """Farthest-point sampling of camera centres from a start; at most len(region) frames."""
+    """Sample the farthest camera centres from a start; at most len(region) frames."""
     chosen = [start]
     gap = np.linalg.norm(centers[region] - centers[start], axis=1)
     taken = region == start
@@ -267,14 +267,14 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
 
 
 def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that span the plane across a unit vector."""
+    """Return two unit vectors that span the plane across a unit vector."""
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     first /= np.linalg.norm(first)
     return first, np.cross(up, first)
 
 
 def rigid(poses: np.ndarray) -> np.ndarray:
-    """Poses whose rotations, printed with few digits, are made orthonormal again.
+    """Make rotations orthonormal again that were printed with few digits.
 
     Only errors of rounding are corrected; larger ones are refused later.
     """

@@ -9,6 +9,6 @@ MAX_ERROR = 0.02
 
 
 def cores() -> int:
-    """Processor cores that this process may use."""
+    """Return the processor cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)  # Linux'
     return len(affinity(0)) if affinity else os.cpu_count() or 1

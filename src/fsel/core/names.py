@@ -25,7 +25,7 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
 
 
 def distinct(names: list[str]) -> list[str]:
-    """The names, those that come again with a number behind: `walk`, `walk-2`."""
+    """Number names that come again: `walk`, `walk-2`."""
     found: list[str] = []
     for name in names:
         numbered = (f"{name}-{n}" for n in itertools.count(2))

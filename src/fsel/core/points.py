@@ -27,11 +27,11 @@ class SparsePoints:
     track_frame: np.ndarray
 
     def observed(self, rows: np.ndarray) -> Self:
-        """The same points with some of the observations, by number or (L,) bool."""
+        """Return the same points with some of the observations, by number or (L,) bool."""
         return replace(self, track_point=self.track_point[rows], track_frame=self.track_frame[rows])
 
     def seen_from(self, frames: np.ndarray, count: int) -> Self:
-        """The same points as some frames see them, which are numbered in the given order.
+        """Return the same points as some frames see them, which are numbered in the given order.
 
         Args:
             frames: (n,) distinct frames.
@@ -44,7 +44,7 @@ class SparsePoints:
 
 
 def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
-    """The rows of each key from 0 to `count` - 1, ascending: tracks by point, or by frame.
+    """Return the rows of each key from 0 to `count` - 1, ascending.
 
     Args:
         keys: (L,) int64, all below `count`.
@@ -57,7 +57,7 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def quantile_of(values: np.ndarray, keys: np.ndarray, count: int, share: float) -> np.ndarray:
-    """(count,) the lower quantile of the values of each key; NaN for a key without any.
+    """Return (count,) the lower quantile of the values of each key; NaN for a key without any.
 
     Args:
         values: (L,), none NaN.
@@ -75,7 +75,7 @@ def quantile_of(values: np.ndarray, keys: np.ndarray, count: int, share: float) 
 
 
 def points_table(points: SparsePoints | None) -> dict[str, Any]:
-    """One row a point; its track is the list of frames that saw it. No rows: no points."""
+    """Return one row a point, with its track, the list of frames that saw it; none, no rows."""
     if points is None:
         return {name: np.empty(0) for name in ("x", "y", "z", "r", "g", "b", "track")}
     rows = grouped_rows(points.track_point, len(points.xyz))
@@ -85,7 +85,7 @@ def points_table(points: SparsePoints | None) -> dict[str, Any]:
 
 
 def points_from_table(table: Columns) -> SparsePoints | None:
-    """Points of a table that `points_table` made."""
+    """Return the points of a table that `points_table` made."""
     if not len(table["x"]):
         return None
     lengths = [len(track) for track in table["track"]]
@@ -110,11 +110,11 @@ class RawPoints(SparsePoints):
     error: np.ndarray | None = None
 
     def observed(self, rows: np.ndarray) -> Self:
-        """The same points with some of the observations, by number or (L,) bool."""
+        """Return the same points with some of the observations, by number or (L,) bool."""
         return replace(super().observed(rows), track_xy=self.track_xy[rows])
 
     def subset(self, chosen: np.ndarray) -> Self:
-        """Some of the points, (M,) bool, with their observations."""
+        """Return some of the points, (M,) bool, with their observations."""
         seen = self.observed(chosen[self.track_point])
         return replace(
             seen,
@@ -125,7 +125,7 @@ class RawPoints(SparsePoints):
         )
 
     def without_pixels(self) -> SparsePoints:
-        """The points without the places in the images that they were seen at."""
+        """Return the points without the places in the images that they were seen at."""
         return SparsePoints(self.xyz, self.rgb, self.track_point, self.track_frame)
 
 

@@ -56,7 +56,7 @@ class Problem:
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: Columns) -> Problem:
-        """The selection problem of a split.
+        """Return the selection problem of a split.
 
         Args:
             capture: the capture.
@@ -92,7 +92,7 @@ class Problem:
         return self.observed[evenly(len(self.observed), MOST_FRAMES)]
 
     def pool(self, name: str) -> np.ndarray:
-        """The allowed frames: `candidates` (P) or `observed` (P and O), ascending."""
+        """Return the allowed frames: `candidates` (P) or `observed` (P and O), ascending."""
         return {"candidates": self.candidates, "observed": self.observed}[name]
 
 

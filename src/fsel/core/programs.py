@@ -133,7 +133,7 @@ class Program(ABC):
         return found
 
     def _absent(self) -> str | None:
-        """The first command whose first word is no program, in words; None if all are there."""
+        """Say which first word of a command is no program; None if all are there."""
         path = environment(self.venv).get("PATH", os.defpath)
         for words in self.commands:
             program = self.command(words, Path())[0]
@@ -144,7 +144,7 @@ class Program(ABC):
         return None
 
     def _filled(self, word: str, folder: Path) -> str:
-        """A word with the places filled in."""
+        """Fill the places of a word in."""
         places = {FOLDER: folder, RECIPES: self.recipes, HERE: Path.cwd(), PYTHON: sys.executable}
         return MARK.sub(lambda match: str(places[match[0]]), word)
 
@@ -156,7 +156,7 @@ def check_folder(name: str, value: object) -> None:
 
 
 def words_of(name: str, value: object) -> tuple[str, ...]:
-    """The words of a command, checked.
+    """Check the words of a command.
 
     Raises:
         ValueError: for what is no list of strings, or has a place that is not known.

@@ -33,7 +33,7 @@ class Split:
     region: np.ndarray
 
     def table(self, names: Sequence[str]) -> dict[str, Any]:
-        """One row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
+        """Return one row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
         role = np.full(len(names), "candidate", dtype=object)
         proxy_of = np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
@@ -63,7 +63,7 @@ class Split:
 
 
 def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
-    """Every split of a table, and what tells it from the others.
+    """Yield every split of a table, and what tells it from the others.
 
     Args:
         table: of one split, as `Split.table` returns it; or of several, told apart by a column
@@ -84,7 +84,7 @@ def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
 def evaluation_split(
     capture: Capture, draw: int, seed: int, targets: int = 15, among: np.ndarray | None = None
 ) -> Split:
-    """Targets drawn anywhere in the capture, or among some of its frames.
+    """Draw targets anywhere in the capture, or among some of its frames.
 
     Args:
         capture: the capture.
@@ -103,7 +103,7 @@ def evaluation_split(
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
-    """Targets from the `coverage` per cent of frames nearest to a random anchor camera.
+    """Draw targets from the `coverage` per cent of frames nearest to a random anchor camera.
 
     Args:
         capture: the capture.
@@ -125,7 +125,7 @@ def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
 
 
 def targets_at(coverage: int) -> int:
-    """4, 6, 9, 12, 15 targets at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
+    """Return 4, 6, 9, 12, 15 at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
     return max(4, int(0.15 * coverage + 0.5))
 
 
@@ -142,7 +142,7 @@ def _drawn(
 
 
 def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
-    """One distinct proxy a target, minimising the summed distance by linear assignment.
+    """Match one distinct proxy to each target, minimising the summed distance (assignment).
 
     Args:
         capture: the capture.

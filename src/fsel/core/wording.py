@@ -7,12 +7,12 @@ from reprlib import repr as shortened
 
 
 def counted(count: int, thing: str) -> str:
-    """`1 frame`, `2 frames`: a number and the noun, given in the singular, that follows it."""
+    """Return a number and its noun, given in the singular: `1 frame`, `2 frames`."""
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
 def listed(names: Sequence[str]) -> str:
-    """`a, b, c, ...`: the first names."""
+    """Return the first names: `a, b, c, ...`."""
     return ", ".join([*names[:3], *(["..."] if len(names) > 3 else [])])
 
 

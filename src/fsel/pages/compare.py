@@ -90,7 +90,7 @@ class Compared:
         return [(k, name) for k, name in self.scores if name != self.methods[0]]
 
     def interval(self, cell: Cell) -> Interval:
-        """Interval of mean PSNR, over held-out frames."""
+        """Return the interval of mean PSNR, over held-out frames."""
         return _interval(self.scores[cell][:, 0])
 
     def ahead(self, k: int, other: str) -> Interval:
@@ -108,7 +108,7 @@ class Compared:
 
 
 def differences(compared: Compared) -> list[dict]:
-    """Rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n.
+    """Return the rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n.
 
     Where some frames are blurred, `sharp` has psnr, ci_low, ci_high and n of those that are not.
     """
@@ -122,7 +122,7 @@ def differences(compared: Compared) -> list[dict]:
 
 
 def _interval(values: np.ndarray) -> Interval:
-    """Interval of a mean without bounds where they would say nothing."""
+    """Return the interval of a mean without bounds where they would say nothing."""
     found = of_places(values)
     return found if len(values) >= LEAST else found._replace(low=np.nan, high=np.nan)
 
@@ -133,7 +133,7 @@ def _numbers(gap: Interval) -> dict:
 
 
 def verdict(compared: Compared) -> str:
-    """A sentence: how often the first method is ahead of another beyond chance, and behind."""
+    """Say in a sentence how often the first method is ahead of others beyond chance, and behind."""
     pairs, first = compared.pairs, compared.methods[0]
     if not pairs:
         return f"{first} is compared with no other method."
@@ -162,7 +162,7 @@ def _counts(gaps: Sequence[Interval]) -> str:
 
 
 def comparison(compared: Compared) -> str:
-    """The whole page."""
+    """Return the whole page."""
     held, drawn = len(compared.names), len(compared.shown)
     part = f" {drawn} of {held}, evenly spread, are shown." if drawn < held else ""
     body = [
@@ -208,7 +208,7 @@ def _bounds(compared: Compared, cell: Cell) -> str:
 
 
 def _gap(compared: Compared, k: int, other: str, rows: int) -> str:
-    """The lead of the first method over another; of one that no k bounds, at which k."""
+    """Return the lead of the first method over another; where no k bounds it, at which k."""
     gain, at = compared.ahead(k, other), f"K = {k}: " if rows > 1 else ""
     text = f"{at}{gain.mean:+.2f} dB"
     if np.isnan(gain.low):
@@ -218,7 +218,7 @@ def _gap(compared: Compared, k: int, other: str, rows: int) -> str:
 
 
 def _curves(compared: Compared) -> list[str]:
-    """PSNR over the number of frames with its intervals, where several numbers were asked for."""
+    """Return the chart of PSNR over the number of frames, where there are several numbers."""
     if len(compared.budgets) < 2:
         return []
     lines = {}
@@ -235,7 +235,7 @@ def _curves(compared: Compared) -> list[str]:
 
 
 def _bar(compared: Compared) -> list[str]:
-    """Choices of what is shown and in which order, for all pictures together."""
+    """Return the choices of what is shown and in which order, for all pictures together."""
     first = escape(compared.methods[0])
     budgets = [(str(k), f"K = {k}") for k in compared.budgets]
     return [
@@ -250,7 +250,7 @@ def _bar(compared: Compared) -> list[str]:
 
 
 def _row(compared: Compared, at: int) -> str:
-    """A held-out frame and what every method renders of it."""
+    """Return a held-out frame and what every method renders of it."""
     frame = compared.shown[at]
     name = escape(compared.names[frame])
     unsharp = ", blurred" if compared.blurred[frame] else ""

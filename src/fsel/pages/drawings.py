@@ -33,7 +33,7 @@ class Line:
 
 
 def line_chart(lines: Mapping[str, Line], across: str, unit: str, label: str) -> str:
-    """Lines with their intervals over one axis; colours follow the classes `line0`, `line1`, ...
+    """Draw lines with their intervals; colours follow the classes `line0`, `line1`, ...
 
     Args:
         lines: name -> line.
@@ -71,7 +71,7 @@ def line_chart(lines: Mapping[str, Line], across: str, unit: str, label: str) ->
 
 
 def _drawn(line: Line, at: Callable[[float, float], Place], shift: float) -> str:
-    """A line, and its intervals so many pixels beside it."""
+    """Draw a line, and its intervals so many pixels beside it."""
     ends = zip(line.x, line.low, line.high, strict=True) if len(line.low) else ()
     places = [(at(x, low), at(x, high)) for x, low, high in ends if np.isfinite(low)]
     bars = [
@@ -83,7 +83,7 @@ def _drawn(line: Line, at: Callable[[float, float], Place], shift: float) -> str
 
 
 def legend(names: Iterable[str]) -> str:
-    """Names of a chart's lines beside their colours."""
+    """Return the names of a chart's lines beside their colours."""
     spans = [
         f'<span><svg class="swatch" viewBox="0 0 34 10"><line class="line{at}" x1="0" y1="5" '
         f'x2="34" y2="5"/></svg>{escape(name)}</span>'
@@ -93,7 +93,7 @@ def legend(names: Iterable[str]) -> str:
 
 
 def _reach(values: Sequence[np.ndarray]) -> tuple[float, float]:
-    """The least and the greatest of finite numbers, never the same."""
+    """Return the least and the greatest of finite numbers, never the same."""
     every = np.concatenate(values)
     every = every[np.isfinite(every)]
     low, high = float(every.min()), float(every.max())
@@ -109,7 +109,7 @@ def _ticks(low: float, high: float) -> np.ndarray:
 
 
 def timeline(rows: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[int]]) -> str:
-    """One row a measure over all n frames, each scaled to its own greatest value.
+    """Draw one row a measure over all n frames, each scaled to its own greatest value.
 
     Args:
         rows: name -> (n,) measure, NaN where it is not known.

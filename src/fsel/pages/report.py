@@ -32,7 +32,7 @@ FLYING = (
 
 
 def page(shown: ReportContent) -> str:
-    """The whole page."""
+    """Return the whole page."""
     outcome, cards = shown.outcome, cards_of(shown)
     selection, source_name = outcome.selection, outcome.capture.source
     sentences = [
@@ -63,7 +63,7 @@ def page(shown: ReportContent) -> str:
 
 
 def with_view(text: str, view: str) -> str:
-    """A report with the viewer in the place of its drawing of the cameras.
+    """Return a report with the viewer in the place of its drawing of the cameras.
 
     Args:
         text: of a page.
@@ -99,7 +99,7 @@ def _world(outcome: Outcome, viewing: str) -> list[str]:
 
 
 def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, bytes]) -> list[str]:
-    """Timeline of some frames, with picks, held-out and bad frames marked.
+    """Draw the timeline of some frames, with picks, held-out and bad frames marked.
 
     Args:
         outcome: the selection.
@@ -129,7 +129,7 @@ def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, byte
 
 
 def speeds(outcome: Outcome) -> np.ndarray:
-    """(N,) degrees by which the view moved since the frame before; NaN where a sequence begins.
+    """Return (N,) degrees that the view moved since the frame before; NaN at a sequence's first.
 
     The turn of the optical axis, and the angle that the way of the centre makes at the depth of
     the scene.
@@ -143,7 +143,7 @@ def speeds(outcome: Outcome) -> np.ndarray:
 
 
 def brightness(pictures: Mapping[int, bytes], count: int) -> np.ndarray:
-    """(N,) mean grey level of each picture in per cent, NaN without one."""
+    """Return (N,) mean grey level of each picture in per cent, NaN without one."""
     out = np.full(count, np.nan)
     for frame, jpeg in pictures.items():
         reduced = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_4)
@@ -152,7 +152,7 @@ def brightness(pictures: Mapping[int, bytes], count: int) -> np.ndarray:
 
 
 def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
-    """Every frame as a picture that can be chosen, in the order of the capture."""
+    """Return every frame as a picture that can be chosen, in the order of the capture."""
     width, height = shown.outcome.capture.size
     wide, high = CELL * np.sqrt([width / height, height / width])
     kinds = [("all", "all"), ("pick", "picks"), ("left", "left out"), ("held", "held out")]
@@ -205,7 +205,7 @@ def _detail() -> str:
 
 
 def _charts(outcome: Outcome) -> list[str]:
-    """Chart of how close the picks come to the views, against their number."""
+    """Draw how close the picks come to the views, against their number."""
     curve = outcome.service.curve
     line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
     whole = outcome.targets.kind == ALL
@@ -219,7 +219,7 @@ def _charts(outcome: Outcome) -> list[str]:
 
 
 def _tables(shown: ReportContent) -> list[str]:
-    """The picks in order, and every frame left out, in words."""
+    """Return the picks in order, and every frame left out, in words."""
     rows = evenly(len(shown.left), SHOWN)
     thinned = len(shown.left) > SHOWN
     note = f"{SHOWN:,} of {len(shown.left):,}, evenly spread; selection.json has all."
@@ -247,7 +247,7 @@ def _tables(shown: ReportContent) -> list[str]:
 
 
 def _content(shown: ReportContent, cards: Sequence[Card]) -> dict:
-    """Content that the page's scripts read."""
+    """Return the content that the page's scripts read."""
     outcome = shown.outcome
     targets = outcome.targets
     wished = dict.fromkeys(targets.always.tolist(), "keep")

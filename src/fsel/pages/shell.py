@@ -13,7 +13,7 @@ RADIO = '<label><input type="radio" name="{name}" value="{value}"{checked}> {tex
 
 
 def document(title: str, sources: Iterable[str], body: Iterable[str]) -> str:
-    """A page that needs no other file.
+    """Return a page that needs no other file.
 
     Args:
         title: in plain text.
@@ -27,7 +27,7 @@ def document(title: str, sources: Iterable[str], body: Iterable[str]) -> str:
 
 
 def head(title: str, styles: str) -> str:
-    """A page until its body begins, with a title in plain text and CSS."""
+    """Return a page until its body begins, with a title in plain text and CSS."""
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -36,18 +36,18 @@ def head(title: str, styles: str) -> str:
 
 
 def data(name: str, content: object) -> str:
-    """JSON that the page's scripts find by the name of its element."""
+    """Return the JSON that the page's scripts find by the name of its element."""
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     return f'<script type="application/json" id="{name}">{text}</script>'
 
 
 def source(jpeg: bytes) -> str:
-    """Address of a JPEG file within the page."""
+    """Return the address of a JPEG file within the page."""
     return f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode('ascii')}"
 
 
 def choices(name: str, legend: str, options: Iterable[tuple[str, str]]) -> str:
-    """Radio buttons, (value, text) each, the first chosen; scripts show them."""
+    """Return the radio buttons, (value, text) each, the first chosen; scripts show them."""
     buttons = [
         RADIO.format(name=name, value=escape(value), text=text, checked="" if at else " checked")
         for at, (value, text) in enumerate(options)

@@ -69,18 +69,18 @@ class Card(NamedTuple):
 
 
 def frames_shown(outcome: Outcome) -> np.ndarray:
-    """(n,) numbers of the frames that a page shows: all, or evenly spread ones and the picks."""
+    """Return (n,) frames that a page shows: all, or evenly spread ones and the picks."""
     some = evenly(len(outcome.capture), SHOWN)
     return np.union1d(some, outcome.selection.indices)
 
 
 def picture_side(count: int) -> int:
-    """Longer side of each picture in pixels: so many take no more room than 300 of 240 pixels."""
+    """Return the longer side of each picture in pixels: many take no more room than few."""
     return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
 
 
 def cards_of(shown: ReportContent) -> list[Card]:
-    """A card of every frame that is shown, in the order of the capture."""
+    """Return a card of every frame that is shown, in the order of the capture."""
     outcome = shown.outcome
     picked = {entry["index"]: entry for entry in shown.picked}
     left = {entry["name"]: entry["reason"] for entry in shown.left}
@@ -119,7 +119,7 @@ def adds(entry: dict) -> str:
 
 
 def scene_data(outcome: Outcome, frames: np.ndarray, points: SparsePoints | None) -> dict:
-    """Places around the origin, with z upwards, of extent 1.
+    """Return the places around the origin, with z upwards, of extent 1.
 
     Args:
         outcome: the selection.
@@ -155,7 +155,7 @@ def scene_data(outcome: Outcome, frames: np.ndarray, points: SparsePoints | None
 
 
 def _extent(cameras: np.ndarray, cloud: np.ndarray) -> tuple[float, np.ndarray]:
-    """Extent and middle of the view: all cameras, and near points around them."""
+    """Return the extent and middle of the view: all cameras, and near points around them."""
     middle = (cameras.min(axis=0) + cameras.max(axis=0)) / 2
     reach = float(np.linalg.norm(cameras - middle, axis=1).max())
     far = np.linalg.norm(cloud - middle, axis=1)

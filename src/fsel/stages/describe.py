@@ -13,7 +13,7 @@ from fsel.features import appearance
 def describe(
     folder: File, descriptors: File, *, kind: str, weights: str | None, config: str
 ) -> None:
-    """Appearance descriptor and sharpness of every frame of a capture.
+    """Compute appearance descriptor and sharpness of every frame of a capture.
 
     Args:
         descriptors: receives frame, name, sharpness and descriptor, one row a frame.

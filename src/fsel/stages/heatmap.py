@@ -30,7 +30,7 @@ def heatmap(
     budgets: Sequence[int],
     reconstructor: str = "",
 ) -> None:
-    """Gain of fsel and of `less_is_more` over the strongest baseline, from the sweep's numbers.
+    """Draw the gain of fsel and `less_is_more` over the strongest baseline.
 
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.

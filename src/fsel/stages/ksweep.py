@@ -29,7 +29,7 @@ def ksweep(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """The table "Input budget sweep", its numbers with intervals, and paired differences.
+    """Write the table "Input budget sweep", its numbers with intervals, and paired differences.
 
     Args:
         evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote.

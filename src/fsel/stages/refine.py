@@ -96,7 +96,7 @@ def refine(
 def _practices(
     scene: str, folder, policy: Policy, settings: Mapping, reconstruction: Mapping, journal: Journal
 ) -> Iterator[_Practice]:
-    """Every draw of a scene; all share its reconstructor."""
+    """Yield every draw of a scene; all share its reconstructor."""
     capture = Capture.load(folder)
     described = read_columns(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)

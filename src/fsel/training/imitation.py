@@ -139,7 +139,7 @@ def mean_cost(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tu
 
 
 def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
-    """Three layers with exact GELU; with width 64 the paper's scorer (Appendix A.3)."""
+    """Build three layers with exact GELU; with width 64 the paper's scorer (Appendix A.3)."""
     return torch.nn.Sequential(
         torch.nn.Linear(inputs, width),
         torch.nn.GELU(),

@@ -91,7 +91,7 @@ class Journal:
     def remember(
         self, label: Hashable, evaluate: Callable[[np.ndarray], np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """`evaluate` with a memory.
+        """Give `evaluate` a memory.
 
         Args:
             label: tells this evaluator's subsets from another's in the same journal.

@@ -38,14 +38,14 @@ Labeller = Callable[
 
 
 def _genetic(evaluate, problem, split, search, rng) -> SearchResult:
-    """The paper's search (Appendix A.2)."""
+    """Run the paper's search (Appendix A.2)."""
     pool, centers = split.candidates, problem.capture.centers
     settings = GeneticSettings(**{key: search[key] for key in GENETIC})
     return genetic_search(evaluate, pool, split.region, centers, search["k"], rng, settings)
 
 
 def _swap(evaluate, problem, split, search, rng) -> SearchResult:
-    """Hill climbing from the nearest frames."""
+    """Search by hill climbing from the nearest frames."""
     pool = split.candidates
     starts = [nearest(problem, pool, search["k"])]
     return swap_search(evaluate, pool, starts, search["evaluations"], rng)
@@ -92,7 +92,7 @@ def searched(
 def search_table(
     result: SearchResult, stored: int, metrics: Metrics = METRICS
 ) -> dict[str, np.ndarray]:
-    """One row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
+    """Return one row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
 
     `rank` is -1 beyond the `stored` fittest.
     """

@@ -45,7 +45,7 @@ def order_subset(distances: np.ndarray, apart: np.ndarray) -> np.ndarray:
 
 
 def trajectory_weights(fitness: np.ndarray) -> np.ndarray:
-    """(M,) weights of mean one, softly favouring the fittest subset (paper, Eq. 5).
+    """Return (M,) weights of mean one, softly favouring the fittest subset (paper, Eq. 5).
 
     Equal fitnesses give equal weights: the numerator is then exactly zero.
     """
@@ -89,7 +89,7 @@ def ordered_item(
 
 
 def ordered(problem: Problem, subset: np.ndarray) -> np.ndarray:
-    """(K,) frames of the subset in the order that they best cover the proxies (Eq. 3)."""
+    """Return (K,) frames of the subset in the order that they best cover the proxies (Eq. 3)."""
     capture = problem.capture
     centers, axes = capture.centers[subset], capture.axes[subset]
     distances = pairwise_distances(centers, capture.centers[problem.proxies])

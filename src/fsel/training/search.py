@@ -108,7 +108,7 @@ def genetic_search(
     rng: np.random.Generator,
     settings: GeneticSettings | None = None,
 ) -> SearchResult:
-    """The paper's search (section 3.4, Appendix A.2).
+    """Run the paper's search (section 3.4, Appendix A.2).
 
     Args:
         evaluate: (K,) ascending frames -> (3,) metrics.
@@ -144,7 +144,7 @@ def initial_population(
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> list[np.ndarray]:
-    """Farthest-view, uniformly spaced and random subsets of the region (Appendix A.2).
+    """Return farthest-view, uniformly spaced and random subsets (Appendix A.2).
 
     A region with fewer than `k` frames is completed by random frames of the pool; where targets and
     proxies take all of it, the pool is the region.
@@ -161,7 +161,7 @@ def initial_population(
 
 
 def fittest_so_far(fitness: np.ndarray) -> np.ndarray:
-    """(n,) int64 which of (n,) subsets, in the order of evaluation, is the fittest until then.
+    """Return (n,) int64, which of (n,) subsets is the fittest until each evaluation.
 
     Ties go to the earlier one.
     """
@@ -206,7 +206,7 @@ def _tournament(score: np.ndarray, rng: np.random.Generator, size: int) -> int:
 
 
 def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Exactly k distinct frames: duplicates dropped, gaps refilled at random from the pool."""
+    """Return exactly k distinct frames: gaps are filled at random from the pool."""
     distinct = np.unique(subset)
     if len(distinct) < k:
         rest = np.setdiff1d(pool, distinct)
@@ -218,7 +218,7 @@ def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generat
 def random_search(
     evaluate: Evaluate, pool: np.ndarray, k: int, evaluations: int, rng: np.random.Generator
 ) -> SearchResult:
-    """`evaluations` distinct random subsets of the pool: what the genetic search must beat.
+    """Evaluate distinct random subsets of the pool: what the genetic search must beat.
 
     Stops short of them only where the pool has fewer distinct subsets to meet.
     """
@@ -238,7 +238,7 @@ def swap_search(
     evaluations: int,
     rng: np.random.Generator,
 ) -> SearchResult:
-    """Hill climbing by single swaps from several starts, the stronger labeller.
+    """Search by hill climbing: single swaps from several starts, the stronger labeller.
 
     Each climber in turn replaces one of its frames by another of the pool, half of the time by a
     neighbour in capture order (a sharper or better placed near-duplicate), and keeps what is

@@ -57,21 +57,21 @@ class ViewerCamera:
 
 
 def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
-    """A `.ply` file of a cloud around an origin, (3,)."""
+    """Return a `.ply` file of a cloud around an origin, (3,)."""
     stream = io.BytesIO()
     ply.write(stream, replace(cloud, xyz=cloud.xyz - origin))
     return stream.getvalue()
 
 
 def packed(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
-    """The same with parameters rounded to `BITS`, as a gzip file of half the size."""
+    """Return the same with parameters rounded to `BITS`, as a gzip file of half the size."""
     names = ("harmonics", "logit", "log_scale", "turn")
     thin = replace(cloud, **{name: _rounded(getattr(cloud, name)) for name in names})
     return gzip.compress(moved(thin, origin), 6, mtime=0)
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:
-    """Float32 with `BITS` of the mantissa, which compress."""
+    """Round to `BITS` of the mantissa, which compress."""
     gone = 23 - BITS
     bits = values.astype(np.float32).view(np.uint32)
     return ((bits + (1 << (gone - 1))) & np.uint32(0xFFFFFFFF << gone & 0xFFFFFFFF)).view(
@@ -86,7 +86,7 @@ def scene(
     points: SparsePoints | None = None,
     url: str | None = None,
 ) -> dict:
-    """Content of a page, for the script's `mount`: numbers and text alone, lengths in world units.
+    """Return the content of a page, for the script's `mount`; lengths in world units.
 
     Args:
         capture: whose cameras are shown; None shows none.
@@ -128,7 +128,7 @@ def scene(
 
 
 def _content(cloud: ply.Cloud | None, points: SparsePoints | None) -> np.ndarray:
-    """(n, 3) places of what is shown."""
+    """Return (n, 3) places of what is shown."""
     if cloud is not None:
         return cloud.xyz
     return np.empty((0, 3)) if points is None else points.xyz
@@ -137,7 +137,7 @@ def _content(cloud: ply.Cloud | None, points: SparsePoints | None) -> np.ndarray
 def _beginning(
     capture: Capture | None, content: np.ndarray, back: float
 ) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
-    """Middle and extent of a scene, where its view begins, and the unit upward direction."""
+    """Return middle and extent of a scene, where its view begins, and the upward direction."""
     middle = np.median(content, axis=0) if len(content) else np.zeros(3)
     if capture is None:
         reach = float(np.median(np.linalg.norm(content - middle, axis=1))) * 3 or 1.0
@@ -182,6 +182,6 @@ def component(content: dict) -> str:
 
 
 def page(title: str, content: dict) -> str:
-    """A page of one scene, which opens from disk; see `scene`."""
+    """Return a page of one scene, which opens from disk; see `scene`."""
     whole = "html, body, #view { height: 100%; margin: 0; }"
     return "\n".join([head(title, whole), component(content), "</body></html>"])

