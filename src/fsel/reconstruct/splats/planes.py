@@ -22,7 +22,7 @@ FRAME_BYTES = 1 << 28  # of frames that are kept: 1,500 at 64x48
 NEAREST = 16.0  # a frame is searched no nearer than its median depth over this: planes are few
 
 
-class Prepared(NamedTuple):
+class PreparedFrame(NamedTuple):
     """One frame.
 
     Attributes:
@@ -38,26 +38,26 @@ class Prepared(NamedTuple):
     rays: np.ndarray
 
 
-class Frames:
+class FrameCache:
     """The frames of a capture, the oldest of which are forgotten."""
 
     def __init__(self, capture: Capture) -> None:
         self._capture = capture
         self._pixels = pixel_centers(*capture.size)
-        self._known: dict[int, Prepared] = {}
+        self._known: dict[int, PreparedFrame] = {}
 
-    def __getitem__(self, frame: int) -> Prepared:
+    def __getitem__(self, frame: int) -> PreparedFrame:
         if frame not in self._known:
             prepared = self._prepared(frame)
             make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in prepared))
             self._known[frame] = prepared
         return self._known[frame]
 
-    def _prepared(self, frame: int) -> Prepared:
+    def _prepared(self, frame: int) -> PreparedFrame:
         image = np.asarray(self._capture.images[frame]).astype(np.float32)
         (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
         rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
-        return Prepared(image, image.mean(axis=-1), stereo.packed(image), rays)
+        return PreparedFrame(image, image.mean(axis=-1), stereo.packed(image), rays)
 
 
 def make_room(cache: dict, most: int) -> None:

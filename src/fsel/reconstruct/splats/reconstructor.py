@@ -20,7 +20,7 @@ from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.selected import Frame, distinct
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 from fsel.reconstruct.splats.consistency import Maps, agreed
-from fsel.reconstruct.splats.planes import Frames, make_room
+from fsel.reconstruct.splats.planes import FrameCache, make_room
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
@@ -82,7 +82,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
 
     def __init__(self, capture: Capture, **settings: Any) -> None:
         super().__init__(capture, **settings)
-        self.frames = Frames(capture)
+        self.frames = FrameCache(capture)
         self.frame = Frame.of(capture)
         local = self.frame.localised(capture)
         self.poses = local.world_to_camera
