@@ -8,7 +8,6 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
 from pathlib import Path
 from typing import cast
 
@@ -16,7 +15,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.colmap.undistortion import Lens, common_frame, prepared
+from fsel.captures.colmap.undistortion import Lens, Lenses, common_frame
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.core.capture import Capture
@@ -26,7 +25,6 @@ from fsel.core.names import natural
 PROGRESS = 500  # frames between two lines in the log
 LARGEST = 1 << 20  # pixels of an image's side
 FOCAL = (1e-3, 1e4)  # least and greatest focal length, of an image's longer side
-LENSES = 4  # kept at once: cameras of a capture may be as many as its frames
 log = logging.getLogger(__name__)
 
 
@@ -125,12 +123,12 @@ def _opened(
     raw: RawCapture, source: str, long_side: int, store: Path | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
-    lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=_frame(raw, source, long_side)))
+    lenses = Lenses(long_side, _frame(raw, source, long_side))
     count, started = len(raw.names), time.perf_counter()
     intrinsics, sizes = [], []
 
     def lens_for(file: image_files.Image, at: int, image: np.ndarray) -> Lens:
-        lens = prepared(lens_of, raw.cameras[at], image, long_side, file)
+        lens = lenses.of(raw.cameras[at], image, file)
         sizes.append(lens.size)
         check_same_size(file, lens.size, sizes[0])
         return lens
@@ -167,15 +165,15 @@ def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | No
 
 def _unopened(raw: RawCapture, source: str, long_side: int) -> tuple[np.ndarray, np.ndarray]:
     """A lazy stack of images, and intrinsics at the size that the cameras state."""
-    lens_of: dict[Camera, Lens] = {}
-    size, frame = None, _frame(raw, source, long_side)
+    frame, known = _frame(raw, source, long_side), {}
+    for camera in dict.fromkeys(raw.cameras):
+        lens = Lens(camera, (camera.width, camera.height), long_side, frame)
+        known[camera] = lens.intrinsics, lens.size
+    size = known[raw.cameras[0]][1]
     for file, camera in zip(raw.images, raw.cameras, strict=True):
-        if camera not in lens_of:
-            lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side, frame)
-        size = size or lens_of[camera].size
-        check_same_size(file, lens_of[camera].size, size)
-    intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
-    images = LazyImages(raw.images, raw.cameras, lens_of[raw.cameras[0]].size, frame)
+        check_same_size(file, known[camera][1], size)
+    images = LazyImages(raw.images, raw.cameras, size, frame)
+    intrinsics = np.array([known[camera][0] for camera in raw.cameras])
     return cast("np.ndarray", images), intrinsics  # it can do what `Capture` needs of one
 
 
@@ -200,7 +198,7 @@ class LazyImages:
         frame: tuple[int, int] | None,
     ) -> None:
         self._files, self._cameras, self._size = files, cameras, size
-        self._lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=frame))
+        self._lenses = Lenses(max(size), frame)
         self.shape = (len(files), size[1], size[0], 3)
 
     def __len__(self) -> int:
@@ -217,9 +215,9 @@ class LazyImages:
         return self[:] if dtype is None else self[:].astype(dtype)
 
     def _open(self, row: int) -> np.ndarray:
-        file, camera = self._files[row], self._cameras[row]
+        file = self._files[row]
         image = image_files.load_for(file, max(self._size))
-        lens = prepared(self._lens_of, camera, image, max(self._size), file)
+        lens = self._lenses.of(self._cameras[row], image, file)
         straight = lens.straighten(image)
         if lens.size == self._size:
             return straight

@@ -69,7 +69,7 @@ class Opening:
         by: commands of the program that finds poses; empty for COLMAP.
         video_frames, rate: how a video is thinned: to so many frames, or frames a second.
         layout: of the folder, or `auto`.
-        max_error: see `fsel.captures.validate.validated`.
+        max_error: see `fsel.captures.read.validated`.
         skip_unreadable: leave out frames whose image cannot be read.
         wanted: the most frames that are to be picked; 0 where no number is stated.
     """

@@ -7,7 +7,8 @@ Cameras put the top-left pixel's centre at (0.5, 0.5), as COLMAP does; OpenCV's 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ ASPECT_TOLERANCE = 0.01
 HALF = 0.5
 ROWS = 256  # of a table computed at once
 BEYOND = 1e9  # pixels, outside of every image
+KEPT = 4  # lenses at once: cameras of a capture may be as many as its frames
 MASKED_OUT = 127  # of a mask's 0 and 255, after interpolation
 
 
@@ -187,15 +189,19 @@ class Lens:
         return grey > MASKED_OUT
 
 
-def prepared(
-    lens_of: Callable[[Camera, tuple[int, int], int], Lens],
-    camera: Camera,
-    image: np.ndarray,
-    long_side: int,
-    file: Image,
-) -> Lens:
-    """Return the lens of an opened image, by `Lens` or a cache of it; errors name the file."""
-    try:
-        return lens_of(camera, image.shape[1::-1], long_side)
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from error
+class Lenses:
+    """Lenses of a capture's cameras, made when an image is opened; a few are kept.
+
+    Args:
+        long_side, frame: see `Lens`.
+    """
+
+    def __init__(self, long_side: int, frame: tuple[int, int] | None = None) -> None:
+        self._of = lru_cache(KEPT)(lambda camera, size: Lens(camera, size, long_side, frame))
+
+    def of(self, camera: Camera, image: np.ndarray, file: Image) -> Lens:
+        """Return the lens of an opened image; errors name its file."""
+        try:
+            return self._of(camera, image.shape[1::-1])
+        except ValueError as error:
+            raise ValueError(f"{file}: {error}") from error

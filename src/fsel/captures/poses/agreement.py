@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fsel.captures.colmap.undistortion import Lens, prepared
+from fsel.captures.colmap.undistortion import Lens, Lenses
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, epipolar_distances, match
 from fsel.captures.images.previews import Progress, in_silence
@@ -118,10 +118,12 @@ def matches_of(
 ) -> Iterator[tuple]:
     """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
 
+    lenses = Lenses(MATCHING_LONG_SIDE)
+
     @lru_cache(HELD)
     def show(i: int) -> tuple[np.ndarray, Lens]:
         image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
-        lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
+        lens = lenses.of(raw.cameras[i], image, raw.images[i])
         return lens.straighten(image), lens
 
     for i in sorted({i for pair in pairs for i in pair})[:HELD]:
