@@ -154,7 +154,7 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
         def work() -> None:
             problem = Problem.load(folder, draw)
             runs = [measuring.Run(METHODS[method], 0)]
-            made = measuring.select(problem, runs, [K], measuring.chance(0))
+            made = measuring.select(problem, runs, [K], measuring.rng_by_name(0))
             write_table(made, selected(method), units=measuring.PICK_UNITS, config="")
 
         return work

@@ -19,7 +19,7 @@ import pandas as pd
 import yaml
 
 from fsel.core.files import write_text
-from fsel.evaluation.numbers import read_csv
+from fsel.evaluation.summary import read_csv
 
 FOLDER = Path("docs/results")
 

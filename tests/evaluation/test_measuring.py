@@ -13,7 +13,7 @@ from fsel.core.names import name_seed
 from fsel.core.problem import Method
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
+from fsel.evaluation.measuring import Run, learned_runs, picks_at, rng_by_name, runs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.policies import POLICIES, RENAMED
@@ -69,14 +69,14 @@ def test_each_scorer_picks_as_itself(tmp_path, problem):
         scorer = Scorer.load(paths[run.seed])
         method = POLICIES["less_is_more"].method(scorer)
         expected = method.select(problem, 5, np.random.default_rng(0))
-        (picks,) = picks_at(problem, run, [5], chance(0))
+        (picks,) = picks_at(problem, run, [5], rng_by_name(0))
         np.testing.assert_array_equal(picks.frames, expected)
 
 
 @pytest.mark.parametrize(("nested", "sizes"), [(True, [6]), (False, [3, 6, 2])])
 def test_a_nested_method_runs_once(problem, nested, sizes):
     drawn = Drawn(nested)
-    made = list(picks_at(problem, Run(drawn.method, 1), [3, 6, 2], chance(7)))
+    made = list(picks_at(problem, Run(drawn.method, 1), [3, 6, 2], rng_by_name(7)))
     assert drawn.budgets == sizes
     assert [picks.k for picks in made] == [len(picks.frames) for picks in made] == [3, 6, 2]
     for picks in made:
@@ -87,9 +87,9 @@ def test_a_nested_method_runs_once(problem, nested, sizes):
 
 def test_chance_is_named_so_that_other_runs_change_nothing(problem):
     drawn = Drawn(nested=False).method
-    alone = pd.DataFrame(measuring.select(problem, [Run(drawn, 1)], [4], chance(7)))
+    alone = pd.DataFrame(measuring.select(problem, [Run(drawn, 1)], [4], rng_by_name(7)))
     among = pd.DataFrame(
-        measuring.select(problem, runs([METHODS["random"], drawn]), [3, 4], chance(7))
+        measuring.select(problem, runs([METHODS["random"], drawn]), [3, 4], rng_by_name(7))
     )
     same = among[(among["method"] == "drawn") & (among["seed"] == 1) & (among["k"] == 4)]
     assert same["frame"].tolist() == alone["frame"].tolist()
@@ -98,7 +98,9 @@ def test_chance_is_named_so_that_other_runs_change_nothing(problem):
 
 
 def test_picks_are_written_down_in_order(problem):
-    table = pd.DataFrame(measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], chance(0)))
+    table = pd.DataFrame(
+        measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], rng_by_name(0))
+    )
     assert table["k"].tolist() == [2, 2, 3, 3, 3]
     assert table["order"].tolist() == [0, 1, 0, 1, 2]
     frames = table["frame"].tolist()

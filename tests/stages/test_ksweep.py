@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fsel.evaluation.numbers import read_csv
+from fsel.evaluation.summary import read_csv
 from fsel.metrics import METRICS
 from fsel.selectors.baselines import METHODS
 from fsel.stages.ksweep import caption, ksweep

@@ -140,7 +140,7 @@ def _checked(
 def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
     """Return the picks of each k and method, one a seed; nested methods run once."""
 
-    def chance(run: Run, k: int) -> np.random.Generator:
+    def rng_of(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng(args.seed + run.seed)
 
     picks: Picks = {}
@@ -148,7 +148,7 @@ def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]
         if run.method.name == ALL_FRAMES:
             picks |= {(k, ALL_FRAMES): [problem.observed] for k in args.k}
             continue
-        for made in picks_at(problem, run, args.k, chance):
+        for made in picks_at(problem, run, args.k, rng_of):
             picks.setdefault((made.k, run.method.name), []).append(made.frames)
     return picks
 

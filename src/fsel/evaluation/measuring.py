@@ -55,8 +55,8 @@ class Picks(NamedTuple):
     seconds: float
 
 
-Chance = Callable[[Run, int], np.random.Generator]
-"""(run, k) -> the only source of chance of a run that picks k frames."""
+RngFactory = Callable[[Run, int], np.random.Generator]
+"""(run, k) -> the random generator of a run that picks k frames."""
 
 
 def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[Run]:
@@ -86,8 +86,8 @@ def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
     return sorted(learned, key=lambda run: order.index(run.method.name))
 
 
-def chance(seed: int) -> Chance:
-    """Seeds made from names, so that one method more changes no other.
+def rng_by_name(seed: int) -> RngFactory:
+    """Make generators seeded by the run's names, so that one method more changes no other.
 
     Args:
         seed: of the problem.
@@ -99,8 +99,8 @@ def chance(seed: int) -> Chance:
     return of
 
 
-def draw_chance(seed: int, draw: int) -> Chance:
-    """Seeds made from numbers: all methods of one seed and budget start alike.
+def rng_by_draw(seed: int, draw: int) -> RngFactory:
+    """Make generators seeded by numbers: all methods of one seed and budget start alike.
 
     Args:
         seed: of the scene.
@@ -113,7 +113,9 @@ def draw_chance(seed: int, draw: int) -> Chance:
     return of
 
 
-def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance) -> Iterator[Picks]:
+def picks_at(
+    problem: Problem, run: Run, budgets: Sequence[int], rng_of: RngFactory
+) -> Iterator[Picks]:
     """Yield the picks of a run at every budget, in the order of the budgets.
 
     A nested method runs once, at the largest budget; its other picks are the beginning of those.
@@ -122,11 +124,11 @@ def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance)
         problem: the selection problem.
         run: the method and its seed.
         budgets: frames to pick.
-        chance: see `Chance`.
+        rng_of: see `RngFactory`.
     """
     made = {}
     for k in [max(budgets)] if run.method.nested else budgets:
-        rng = chance(run, k)
+        rng = rng_of(run, k)
         started = time.perf_counter()
         frames = checked_select(run.method, problem, k, rng)
         made[k] = frames, time.perf_counter() - started
@@ -136,7 +138,7 @@ def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance)
 
 
 def select(
-    problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
+    problem: Problem, runs: Iterable[Run], budgets: Sequence[int], rng_of: RngFactory
 ) -> dict[str, np.ndarray]:
     """The picks of every run at every budget, one row a pick.
 
@@ -144,7 +146,7 @@ def select(
         problem: the selection problem.
         runs: see `runs`.
         budgets: frames to pick; the method `all` takes those of `Problem.sequence`.
-        chance: see `Chance`.
+        rng_of: see `RngFactory`.
 
     Returns:
         method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
@@ -154,7 +156,7 @@ def select(
     for run in runs:
         method = run.method
         sizes = [len(problem.sequence)] if method.name == "all" else budgets
-        for k, frames, seconds in picks_at(problem, run, sizes, chance):
+        for k, frames, seconds in picks_at(problem, run, sizes, rng_of):
             same = {"method": method.name, "pool": method.pool, "seed": run.seed, "k": k}
             names = [problem.capture.names[frame] for frame in frames]
             rows = {"order": range(k), "frame": frames, "name": names}

@@ -1,12 +1,14 @@
-"""Means over scenes, and paired differences, with intervals that hold for few scenes."""
+"""Means over scenes, paired differences, and their csv files."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from fsel.core.files import atomic
 from fsel.core.programs import FINISHED
 from fsel.evaluation.statistics import Interval, of_places_and_seeds
 from fsel.metrics import REGISTERED
@@ -247,3 +249,20 @@ def _sorted(table: pd.DataFrame, cells: pd.DataFrame, names: Sequence[str]) -> p
     keys = [table[name].map(ranks[name]).rename(name) for name in names] + [table["k"]]
     order = pd.concat(keys, axis=1).sort_values([*names, "k"], kind="stable").index
     return table.loc[order].reset_index(drop=True)
+
+
+def write_csv(table: pd.DataFrame, path: str | Path, form: str = "%.6f") -> None:
+    """Write numbers in a form; the budget of a method that takes every frame is written `all`."""
+    if "k" in table:
+        table = table.assign(k=table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all"))
+    with atomic(path) as temporary:
+        table.to_csv(temporary, index=False, float_format=form)
+
+
+def read_csv(path: str | Path) -> pd.DataFrame:
+    """Read what `write_csv` wrote, budgets as numbers again."""
+    table = pd.read_csv(path, dtype={"k": str})
+    if "k" in table:
+        # a row that is about no budget has none
+        table["k"] = pd.to_numeric(table["k"].replace("all", str(ALL_FRAMES)))
+    return table

@@ -22,12 +22,12 @@ from fsel.evaluation.evaluator import evaluators
 from fsel.evaluation.measuring import (
     PICK_UNITS,
     SELECTION,
-    Chance,
+    RngFactory,
     Run,
-    chance,
     learned_runs,
     measure,
     measured_units,
+    rng_by_name,
     runs,
     select,
 )
@@ -46,7 +46,7 @@ class Trial:
         capture: as the methods see it.
         split: of its frames.
         budgets: frames to pick.
-        chance: of the methods.
+        rng_of: see `fsel.evaluation.measuring.RngFactory`.
         problem: capture, split and descriptors of its frames -> the problem.
         entered: runs of the learned methods -> all runs; None for those of the experiment.
         frames: (n,) their numbers in the capture on disk, where they are others.
@@ -56,7 +56,7 @@ class Trial:
     capture: Capture
     split: Split
     budgets: Sequence[int]
-    chance: Chance
+    rng_of: RngFactory
     problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of
     entered: Callable[[list[Run]], list[Run]] | None = None
     frames: np.ndarray | None = None
@@ -72,7 +72,7 @@ def every_draw(
 ) -> Iterator[Trial]:
     """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
     for draw, split in enumerate(splits):
-        yield Trial({**key, "draw": draw}, capture, split, budgets, chance(0), problem)
+        yield Trial({**key, "draw": draw}, capture, split, budgets, rng_by_name(0), problem)
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Trials:
             rows = table if trial.frames is None else table.iloc[trial.frames]
             problem = trial.problem(trial.capture, trial.split, rows)
             entered = every if trial.entered is None else trial.entered(learned)
-            chosen = pd.DataFrame(select(problem, entered, trial.budgets, trial.chance))
+            chosen = pd.DataFrame(select(problem, entered, trial.budgets, trial.rng_of))
             if trial.frames is not None:
                 chosen["frame"] = trial.frames[chosen["frame"]]
             tables.append(chosen.assign(**trial.key))

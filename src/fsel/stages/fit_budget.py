@@ -16,7 +16,7 @@ from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.problem import Problem
 from fsel.core.split import coverage_split
 from fsel.evaluation.evaluator import evaluators
-from fsel.evaluation.measuring import chance, learned_runs, measure, select
+from fsel.evaluation.measuring import learned_runs, measure, rng_by_name, select
 from fsel.selection.budget import shifts, view_shift
 
 logger = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ def budget_curves(
         split = coverage_split(capture, coverage, seed + repeat)
         problem = Problem.of(capture, split, described)
         counts = [k for k in COUNTS if k <= len(problem.observed)]
-        picks = select(problem, learned_runs(weights)[:1], counts, chance(seed))
+        picks = select(problem, learned_runs(weights)[:1], counts, rng_by_name(seed))
         scores = measure(evaluator(capture, split.targets), picks)
         psnr = pd.DataFrame(scores).groupby("k")["psnr"].mean()
         frames = picks["frame"][picks["k"] == counts[-1]]

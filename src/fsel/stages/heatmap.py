@@ -9,7 +9,7 @@ import pandas as pd
 
 from fsel.core.files import File, Files
 from fsel.evaluation import heatmap as report
-from fsel.evaluation.numbers import read_csv, write_csv
+from fsel.evaluation.summary import read_csv, write_csv
 from fsel.evaluation.sweep import BASELINES, with_all_label
 from fsel.selectors.baselines import PAPER
 from fsel.selectors.policies import POLICIES

@@ -36,11 +36,11 @@ def select(
     contenders = measuring.runs(METHODS.values(), weights)
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
         problem = with_features(Problem.load(folder, split), read_columns(table), table)
-        picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
+        picks = measuring.select(problem, contenders, budgets, measuring.rng_by_name(seed))
         if protocol:
             listed = read_protocol(names=problem.capture.names, **protocol)
             known = [k for k in budgets if k in listed.inputs]
             run = measuring.Run(listed.method, 0)
-            more = measuring.select(problem, [run], known, measuring.chance(seed))
+            more = measuring.select(problem, [run], known, measuring.rng_by_name(seed))
             picks = stacked([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

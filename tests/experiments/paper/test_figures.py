@@ -12,11 +12,10 @@ from selection_problems import random_capture
 from fsel.core.capture import Capture
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.figures import footnote
-from fsel.evaluation.plan import plan_positions
-from fsel.evaluation.views import _calmest
+from fsel.evaluation.figures import footnote, plan_positions
 from fsel.experiments.paper.pictures import (
     STRONGEST,
+    _calmest,
     picks_of,
     resolved,
     spaced,

@@ -11,7 +11,7 @@ from described_scene import filmed, save_described
 from fsel.captures.images import files as image_files
 from fsel.core.capture import Capture
 from fsel.core.files import write_table
-from fsel.evaluation.numbers import read_csv
+from fsel.evaluation.summary import read_csv
 from fsel.experiments.paper.pose_sources import TRIALS, pair_poses, pose_sources
 
 FACTS = {

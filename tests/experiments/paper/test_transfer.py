@@ -7,8 +7,7 @@ from described_scene import filmed
 from evaluation_files import FACTS, written
 
 from fsel.core.split import Split
-from fsel.evaluation.numbers import read_csv
-from fsel.evaluation.summary import ALL_FRAMES
+from fsel.evaluation.summary import ALL_FRAMES, read_csv
 from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.transfer import SHOWN, transfer

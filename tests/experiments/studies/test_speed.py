@@ -18,8 +18,7 @@ from fsel.experiments.studies.bench import (
 )
 from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.studies.speed_error import progress, speed_error
-from fsel.experiments.studies.speed_settings import speed_settings
+from fsel.experiments.studies.speed_error import progress, speed_error, speed_settings
 from fsel.metrics import METRICS
 from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import SplatModel

@@ -14,7 +14,7 @@ from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
 from fsel.core.programs import FINISHED, Unfinished
 from fsel.core.split import Split
-from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.evaluation.measuring import Run, learned_runs, picks_at, rng_by_name
 from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
@@ -97,7 +97,7 @@ def measure_costs(
     """
     problem, targets = Problem.load(folder, split), Split.load(split).targets
     variants = {run.method.name: run for run in learned_runs(weights)}
-    picks = picks_at(problem, variants[VARIANTS[0]], budgets, chance(0))
+    picks = picks_at(problem, variants[VARIANTS[0]], budgets, rng_by_name(0))
     subsets = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
     measured = costs_alone(folder, subsets, targets, reconstruction)
     write_table(measured, costs, units=UNITS, config=config)

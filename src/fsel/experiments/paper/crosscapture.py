@@ -14,8 +14,8 @@ from fsel.core.names import name_seed
 from fsel.core.split import Split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import plain_table
-from fsel.evaluation.measuring import Chance, Run
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.measuring import RngFactory, Run
+from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, LEARNED
 from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
 from fsel.experiments.scheme import Trial, Trials
@@ -111,11 +111,11 @@ def trials(
             if targets is not None:
                 rng = np.random.default_rng([seed, 3, name_seed(name), draw])
             split = cross_split(capture, name, others=held_out, targets=targets, rng=rng)
-            key, chance = {"held_out": name, "draw": draw}, _chance(seed, name, draw)
-            yield Trial(key, capture, split, budgets, chance, frames=kept)
+            key, rng_of = {"held_out": name, "draw": draw}, _rng_of_pass(seed, name, draw)
+            yield Trial(key, capture, split, budgets, rng_of, frames=kept)
 
 
-def _chance(seed: int, held_out: str, draw: int) -> Chance:
+def _rng_of_pass(seed: int, held_out: str, draw: int) -> RngFactory:
     def of(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng([seed, run.seed, name_seed(held_out), k, draw])
 

@@ -9,7 +9,7 @@ import pandas as pd
 from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, difference, number, plain_table
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import named, of_scenes, sweep_cells
 from fsel.experiments.cells import GAP, Scenes, against
 from fsel.experiments.scheme import Trials, every_draw

@@ -9,8 +9,7 @@ import pandas as pd
 from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, dataset_table, difference
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise
+from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise, write_csv
 from fsel.evaluation.sweep import BASELINES, named, sweep_cells
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"

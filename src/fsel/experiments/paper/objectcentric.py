@@ -14,8 +14,8 @@ from fsel.core.problem import Problem
 from fsel.core.split import Split, evaluation_split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import plain_table, tex
-from fsel.evaluation.measuring import draw_chance
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.measuring import rng_by_draw
+from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS
 from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
@@ -75,8 +75,8 @@ def trials(
     """
     small = capture.resized(long_side)
     for draw in range(draws):
-        split, chance = object_split(small, draw, seed, targets), draw_chance(seed, draw)
-        yield Trial({"draw": draw}, capture, split, [k], chance, problem=around_object)
+        split, rng_of = object_split(small, draw, seed, targets), rng_by_draw(seed, draw)
+        yield Trial({"draw": draw}, capture, split, [k], rng_of, problem=around_object)
 
 
 def objectcentric(

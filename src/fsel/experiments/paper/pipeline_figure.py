@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -10,11 +12,23 @@ import pandas as pd
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_table
 from fsel.core.split import Split
-from fsel.evaluation import curves
 from fsel.evaluation.captions import note
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.plan import plan_positions
+from fsel.evaluation.figures import (
+    COLORS,
+    TEXT,
+    draw_cameras,
+    footnote,
+    name_axes,
+    new_figure,
+    plan_positions,
+    save,
+)
+from fsel.evaluation.summary import write_csv
 from fsel.training.search import fittest_so_far
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.ticker import MaxNLocator
 
 
 def pipeline_figure(
@@ -63,7 +77,7 @@ def pipeline_figure(
     columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
     write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
     text = f"{scene}, population of {widest} %; open diamonds: targets. {note(facts)}"
-    curves.search_and_labels(population, plans, figures, text)
+    _draw(population, plans, figures, text)
 
 
 def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
@@ -71,3 +85,56 @@ def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
     table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
     fittest = fittest_so_far(table["fitness"].to_numpy())
     return table.assign(best=table["psnr"].to_numpy()[fittest])
+
+
+def _draw(
+    population: pd.DataFrame,
+    plans: Mapping[str, Mapping],
+    outputs: Sequence[str | Path],
+    note: str,
+) -> None:
+    """The search's population over generations, and trajectories of labels from above.
+
+    Args:
+        population: generation, psnr, one row a distinct subset, and best: the PSNR of the fittest
+            subset met until then.
+        plans: title -> places (N, 2), targets (H,), picks (K,) frames in the order of the label.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = new_figure((TEXT, 2.1))
+    axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
+    _population(axes[0], population)
+    for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
+        shown = _trajectory(axis, title, plan)
+    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=_whole_numbers())
+    bar.set_label("step of the label", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def _whole_numbers() -> MaxNLocator:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True)
+
+
+def _population(axis: Axes, population: pd.DataFrame) -> None:
+    axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
+    best = population.groupby("generation")["best"].last()
+    axis.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
+    name_axes(axis, "generation that met it", "PSNR on the proxies (dB)")
+    axis.xaxis.set_major_locator(_whole_numbers())
+    axis.legend(fontsize=7)
+
+
+def _trajectory(axis: Axes, title: str, plan: Mapping):
+    places, picks = plan["places"], plan["picks"]
+    draw_cameras(axis, places, plan["targets"])
+    x, y = places[picks].T
+    axis.plot(x, y, "-", color="0.5", linewidth=0.4, zorder=2)
+    steps = np.arange(1, len(picks) + 1)
+    shown = axis.scatter(x, y, c=steps, cmap="viridis", s=18, zorder=4)
+    axis.set_title(title, fontsize=8)
+    return shown

@@ -16,9 +16,8 @@ from fsel.core.files import File, Files, write_text
 from fsel.core.split import evaluation_split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import difference, number, plain_table, tex
-from fsel.evaluation.measuring import draw_chance
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import differences, summarise
+from fsel.evaluation.measuring import rng_by_draw
+from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.experiments.cells import Scenes, cells_of
 from fsel.experiments.scheme import Trial, Trials
 from fsel.metrics import Metrics, headings
@@ -97,7 +96,7 @@ def trials(
         for source, capture in ((GIVEN, given), (OTHER, other)):
             split = evaluation_split(capture, draw, split_seed, targets)
             key = {"draw": draw, "source": source}
-            yield Trial(key, capture, split, budgets, draw_chance(seed, draw))
+            yield Trial(key, capture, split, budgets, rng_by_draw(seed, draw))
 
 
 def pose_sources(

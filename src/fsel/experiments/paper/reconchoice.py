@@ -11,8 +11,7 @@ from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.split import Split
 from fsel.evaluation.captions import captures_of, printed
 from fsel.evaluation.latex import number, plain_table, tex
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import ALL_FRAMES
+from fsel.evaluation.summary import ALL_FRAMES, write_csv
 from fsel.experiments.paper.costs import UNITS, cost_means, costs_alone
 from fsel.experiments.paper.transfer import of_each
 from fsel.metrics import Metrics, headings, units

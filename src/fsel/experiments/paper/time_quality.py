@@ -15,8 +15,7 @@ from fsel.core.problem import Problem
 from fsel.core.split import Split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, number, plain_table
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import ALL_FRAMES, differences, summarise
+from fsel.evaluation.summary import ALL_FRAMES, differences, summarise, write_csv
 from fsel.evaluation.sweep import named, sweep_cells
 from fsel.experiments.cells import Scenes, cells_of
 from fsel.experiments.paper.costs import cost_means

@@ -10,8 +10,7 @@ import pandas as pd
 from fsel.core.files import File, Files, write_text
 from fsel.evaluation.captions import captures_of, printed
 from fsel.evaluation.latex import difference, number, plain_table
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import OUTCOME, summarise
+from fsel.evaluation.summary import OUTCOME, summarise, write_csv
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.sweep import LABELS, named, sweep_cells
 from fsel.experiments.paper import crosscapture

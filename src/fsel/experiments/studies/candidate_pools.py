@@ -14,9 +14,8 @@ from fsel.core.problem import Problem
 from fsel.core.split import Split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import difference, number, plain_table
-from fsel.evaluation.measuring import Run, chance, runs
-from fsel.evaluation.numbers import write_csv
-from fsel.evaluation.summary import differences, summarise
+from fsel.evaluation.measuring import Run, rng_by_name, runs
+from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.evaluation.sweep import LABELS
 from fsel.experiments.cells import Scenes, cells_of
 from fsel.experiments.scheme import Trial, Trials
@@ -48,7 +47,7 @@ def trials(
                 capture,
                 split,
                 budgets,
-                chance(seed),
+                rng_by_name(seed),
                 problem=_pooled(setting),
                 entered=_entered(setting),
             )

@@ -13,7 +13,7 @@ import pandas as pd
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.evaluation.latex import MISSING, plain_table
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import write_csv
 from fsel.experiments.studies.bench import (
     Bench,
     benches,

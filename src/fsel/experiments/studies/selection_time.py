@@ -21,8 +21,8 @@ from fsel.core.points import SparsePoints
 from fsel.core.problem import Problem
 from fsel.core.split import evaluation_split
 from fsel.evaluation.latex import plain_table, tex
-from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.measuring import Run, learned_runs, picks_at, rng_by_name
+from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import BASELINES, LABELS
 from fsel.features.appearance import descriptors
 from fsel.selectors.baselines import METHODS
@@ -173,7 +173,7 @@ def descriptor_seconds(images: np.ndarray, appearance: Mapping) -> dict[str, flo
 
 def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
     """Select k frames anew: (k,) int64."""
-    (picks,) = picks_at(problem, run, [k], chance(0))
+    (picks,) = picks_at(problem, run, [k], rng_by_name(0))
     return picks.frames
 
 

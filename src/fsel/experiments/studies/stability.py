@@ -9,7 +9,7 @@ import pandas as pd
 
 from fsel.core.files import File, write_text
 from fsel.evaluation.latex import plain_table, tex
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import write_csv
 from fsel.experiments.studies.hard_cases import Case, observe, others, selection
 
 logger = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ import pandas as pd
 from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import difference, plain_table, tex
-from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import write_csv
 from fsel.experiments.cells import GAP, Scenes, against, cells_of
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.features.columns import FEATURES

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.core.geometry import lengths
 from fsel.core.problem import Problem
-from fsel.evaluation.measuring import Run, chance, picks_at
+from fsel.evaluation.measuring import Run, picks_at, rng_by_name
 from fsel.evaluation.methods import METHODS
 from fsel.experiments.studies.hard_cases import Case, Finding, finite, quality, worlds
 from fsel.features.columns import STATIC
@@ -59,7 +59,7 @@ def run(
     """Every method, the learned ones against the reference, and a reconstruction."""
     for method in METHODS.values():
         every = len(problem.pool(method.pool))
-        list(picks_at(problem, Run(method, 0), (k, every), chance(0)))
+        list(picks_at(problem, Run(method, 0), (k, every), rng_by_name(0)))
     same, total, error = compare_picks(problem, reference or problem, k)
     told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {rendered(problem):.2f}"
     change = 0.0
@@ -148,7 +148,7 @@ def distinct_first(problem: Problem) -> float:
     """Count the first five picks of DPP and k-medoids that repeat an image."""
     repeats = 0
     for name in ("dpp", "kmedoids"):
-        (picks,) = picks_at(problem, Run(METHODS[name], 0), [5], chance(0))
+        (picks,) = picks_at(problem, Run(METHODS[name], 0), [5], rng_by_name(0))
         repeats += 5 - len(np.unique(problem.descriptors[picks.frames], axis=0))
     return float(repeats)
 
