@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of
 from fsel.cli.optimising import bound, checked
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.core.capture import Capture, Views
+from fsel.core.capture import Capture
 from fsel.core.outputs import staged
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, subset_key
@@ -28,7 +27,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
-from fsel.reconstruct import Model, Reconstructor
+from fsel.reconstruct import Reconstructor
 from fsel.selection.cover import served
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
@@ -54,6 +53,8 @@ ORDER = (
 )
 Picks = dict[Cell, list[np.ndarray]]
 Scores = dict[Cell, np.ndarray]
+Renders = dict[tuple[int, ...], np.ndarray]
+"""Frames that were reconstructed from -> (D, h, w, 3) uint8 renderings."""
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -68,26 +69,16 @@ def run(args: argparse.Namespace, console: Console) -> None:
         held_out, masks = outlines(opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
-            shown = counted(len(held_out), "held-out frame")
-            console.say("object", f"in {shown}, compared inside of it alone")
+            seen = counted(len(held_out), "held-out frame")
+            console.say("object", f"in {seen}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-        with console.clock("selecting"):
-            bad = np.empty(0)
-            if not args.keep_bad:
-                targets, health = examined_targets(
-                    opened, targets, max(args.k), console, matching=args.check_poses
-                )
-                bad = health.of_kind(BLURRED)
-            unsharp = np.isin(held_out, bad)
-            bar = console.bar("sharpness")
-            sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
-            sharpness, descriptors = measured(methods, capture, sharpness_of)
-            problem = request_problem(capture, targets, sharpness, focus, descriptors)
-            picks = _picks(args, problem, methods)
+        problem, picks, bad = _selected(args, console, opened, capture, methods, targets, focus)
         drawn = evenly(len(held_out), max(SHEETS, PICTURES // len(picks)))
-        keeping = _Keeping(bound(args, capture), drawn)
-        scores = _scores(args, keeping, (held_out, masks), picks, metrics, console)
-        compared = _compared(args, keeping, (held_out, unsharp), picks, scores, metrics)
+        evaluator, renders = _keeping(bound(args, capture), held_out, masks, metrics, drawn)
+        scores = _scores(args, evaluator, picks, console)
+        shown = {key: renders[subset_key(chosen[0])] for key, chosen in picks.items()}
+        unsharp = np.isin(held_out, bad)
+        compared = _compared(args, evaluator, unsharp, drawn, picks, scores, shown)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
         rows = _rows(capture, compared, picks, served(problem, picks, SEEN))
         content = _content(args, compared, rows)
@@ -95,7 +86,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         table = _table(compared, rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()
-        for name, sheet in _sheets(args, keeping, held_out[drawn], picks):
+        for name, sheet in _sheets(args, evaluator, drawn, shown):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
     console.say("written", f"{args.out}: compare.html, compare.json, compare.txt, renders")
@@ -137,6 +128,30 @@ def _checked(
     return targets
 
 
+def _selected(
+    args: argparse.Namespace,
+    console: Console,
+    opened: LazyCapture,
+    capture: Capture,
+    methods: Sequence[Method],
+    targets: Targets,
+    focus: Focus | None,
+) -> tuple[Problem, Picks, np.ndarray]:
+    """Return the problem, the picks of every method, and the frames that are blurred."""
+    blurred = np.empty(0)
+    with console.clock("selecting"):
+        if not args.keep_bad:
+            targets, health = examined_targets(
+                opened, targets, max(args.k), console, matching=args.check_poses
+            )
+            blurred = health.of_kind(BLURRED)
+        bar = console.bar("sharpness")
+        sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
+        sharpness, descriptors = measured(methods, capture, sharpness_of)
+        problem = request_problem(capture, targets, sharpness, focus, descriptors)
+        return problem, _picks(args, problem, methods), blurred
+
+
 def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
     """Return the picks of each k and method, one a seed; nested methods run once."""
 
@@ -153,24 +168,45 @@ def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]
     return picks
 
 
-def _scores(
-    args: argparse.Namespace,
-    keeping: _Keeping,
-    held_out: tuple[np.ndarray, np.ndarray | None],
-    picks: Picks,
+def _keeping(
+    reconstructor: Reconstructor,
+    held_out: np.ndarray,
+    masks: np.ndarray | None,
     metrics: Metrics,
-    console: Console,
+    drawn: np.ndarray,
+) -> tuple[Evaluator, Renders]:
+    """Return an evaluator of held-out frames, and where it keeps what it renders of some of them.
+
+    Args:
+        reconstructor: bound to the capture.
+        held_out: (T,) frames.
+        masks: (T, h, w) bool, the pixels that count; None for all.
+        metrics: to measure.
+        drawn: (D,) numbers of the held-out frames that have pictures.
+    """
+    renders: Renders = {}
+
+    def keep(frames: np.ndarray, rendered: np.ndarray) -> None:
+        renders[subset_key(frames)] = np.round(rendered[drawn] * 255).astype(np.uint8)
+
+    capture = reconstructor.capture
+    truth, views = np.asarray(capture.images[held_out]), capture.view(held_out)
+    return Evaluator(reconstructor, held_out, views, truth, masks, metrics, keep), renders
+
+
+def _scores(
+    args: argparse.Namespace, evaluator: Evaluator, picks: Picks, console: Console
 ) -> Scores:
-    """Return (seeds, T, M) metrics of the held-out frames for each k and method, in their masks."""
-    (frames, masks), capture = held_out, keeping.capture
-    truth = np.asarray(capture.images[frames])
-    evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
+    """Return (seeds, T, M) metrics of the held-out frames for each k and method, in their masks.
+
+    Raises:
+        Unfinished: when a reconstruction does not finish.
+    """
     order = [(k, name) for k in args.k for name in args.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
     scores: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
-        evaluator(chosen)  # what does not finish is refused
-        scores[key].append(evaluator.measure(chosen).scores)
+        scores[key].append(evaluator.scores(chosen))
     return {key: np.array(values) for key, values in scores.items()}
 
 
@@ -190,69 +226,39 @@ def _rows(
 
 def _compared(
     args: argparse.Namespace,
-    keeping: _Keeping,
-    frames: tuple[np.ndarray, np.ndarray],
+    evaluator: Evaluator,
+    unsharp: np.ndarray,
+    drawn: np.ndarray,
     picks: Picks,
     scores: Scores,
-    metrics: Metrics,
+    shown: dict[Cell, np.ndarray],
 ) -> Compared:
-    """Return the content of the page."""
-    capture, drawn, renders = keeping.capture, keeping.drawn, keeping.renders(picks)
-    held_out, unsharp = frames
+    """Return the content of the page.
+
+    Args:
+        args: of the command.
+        evaluator: of the held-out frames.
+        unsharp: (T,) bool, which of them are blurred.
+        drawn: (D,) numbers of those that have pictures.
+        picks, scores: of each k and method.
+        shown: (D, h, w, 3) uint8 renderings of each.
+    """
+    capture = evaluator.reconstructor.capture
     width, height = capture.size
     return Compared(
         source=capture.source,
         how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels."
         + (ORDER if args.reconstructor == COARSE else ""),
-        names=tuple(capture.names[i] for i in held_out),
-        metrics=tuple(metrics),
+        names=tuple(capture.names[i] for i in evaluator.frames),
+        metrics=tuple(evaluator.metrics),
         scores={key: values.mean(axis=0) for key, values in scores.items()},
         used={key: len(picks[key][0]) for key in scores},
         shown=tuple(drawn.tolist()),
-        truth=[jpeg(np.asarray(capture.images[frame]), QUALITY) for frame in held_out[drawn]],
-        renders={
-            key: [jpeg(image, QUALITY) for image in images] for key, images in renders.items()
-        },
+        truth=[jpeg(image, QUALITY) for image in evaluator.truth[drawn]],
+        renders={key: [jpeg(image, QUALITY) for image in images] for key, images in shown.items()},
         blurred=unsharp,
         shape=width / height,
     )
-
-
-class _Keeping:
-    """A reconstructor whose models keep what they render of some views: the page shows what was
-    scored.
-
-    Attributes:
-        images: frames -> (D, h, w, 3) uint8 renderings of the drawn views.
-    """
-
-    def __init__(self, reconstructor: Reconstructor, drawn: np.ndarray) -> None:
-        self.reconstructor, self.capture = reconstructor, reconstructor.capture
-        self.drawn = drawn
-        self.images: dict[tuple[int, ...], np.ndarray] = {}
-
-    def renders(self, picks: Picks) -> dict[Cell, np.ndarray]:
-        """Return the renderings of each k and method, by the picks of its first seed."""
-        return {key: self.images[subset_key(chosen[0])] for key, chosen in picks.items()}
-
-    def fit(self, frames: np.ndarray) -> Any:  # a Model, by way of `_Kept.__getattr__`
-        return _Kept(self.reconstructor.fit(frames), self, subset_key(frames))
-
-
-class _Kept:
-    """A model that keeps what it renders."""
-
-    def __init__(self, model: Model, keeping: _Keeping, key: tuple[int, ...]) -> None:
-        self.model, self.keeping, self.key = model, keeping, key
-
-    def render(self, views: Views) -> np.ndarray:
-        images = self.model.render(views)
-        drawn = images[self.keeping.drawn]
-        self.keeping.images[self.key] = np.round(drawn * 255).astype(np.uint8)
-        return images
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.model, name)
 
 
 def _table(compared: Compared, rows: list[dict]) -> str:
@@ -274,15 +280,16 @@ def _table(compared: Compared, rows: list[dict]) -> str:
 
 
 def _sheets(
-    args: argparse.Namespace, keeping: _Keeping, shown: np.ndarray, picks: Picks
+    args: argparse.Namespace, evaluator: Evaluator, drawn: np.ndarray, shown: dict[Cell, np.ndarray]
 ) -> Iterator[tuple[str, np.ndarray]]:
     """Yield file name and image of a few held-out frames: a row for each k, truth, then methods."""
-    capture, renders, few = keeping.capture, keeping.renders(picks), evenly(len(shown), SHEETS)
-    names = file_names([capture.names[frame] for frame in shown[few]])
-    for name, at in zip(names, few, strict=True):
-        truth = captioned(np.asarray(capture.images[shown[at]]), "truth")
+    few = evenly(len(drawn), SHEETS)
+    names = evaluator.reconstructor.capture.names
+    files = file_names([names[frame] for frame in evaluator.frames[drawn[few]]])
+    for file, at in zip(files, few, strict=True):
+        truth = captioned(evaluator.truth[drawn[at]], "truth")
         rows = []
         for k in args.k:
-            cells = [captioned(renders[k, by][at], f"{by} {k}") for by in args.methods]
+            cells = [captioned(shown[k, by][at], f"{by} {k}") for by in args.methods]
             rows.append(np.concatenate([truth, *cells], axis=1))
-        yield f"{name}.png", np.concatenate(rows)
+        yield f"{file}.png", np.concatenate(rows)

@@ -57,6 +57,7 @@ class Evaluator:
         truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
         metrics: M keys of `fsel.metrics.REGISTERED`, or key -> settings.
+        keep: sees each subset and its (T, h, w, 3) float32 renderings, for a page that shows them.
     """
 
     reconstructor: Reconstructor
@@ -65,6 +66,7 @@ class Evaluator:
     truth: np.ndarray
     masks: np.ndarray | None = None
     metrics: Metrics = METRICS
+    keep: Callable[[np.ndarray, np.ndarray], None] | None = None
     _known: dict[tuple[int, ...], Measured] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -121,18 +123,20 @@ class Evaluator:
 
     def _reconstructed(self, subset: np.ndarray) -> Measured:
         try:
-            return self._scored(self.reconstructor.fit(subset))
+            return self._scored(subset, self.reconstructor.fit(subset))
         except Unfinished as end:
             logger.error("frames %s: %s: %s", subset.tolist(), end.outcome, end)
             nothing = np.full((len(self.frames), len(self.metrics)), np.nan)
             return Measured(nothing, np.nan, np.nan, 0, 0, 0, "", end.outcome, end.log)
 
-    def _scored(self, model: Model) -> Measured:
+    def _scored(self, subset: np.ndarray, model: Model) -> Measured:
         started = time.perf_counter()
         rendered = model.render(self.views)
         seconds = time.perf_counter() - started
         if not np.isfinite(rendered).all():
             raise Unfinished(RANGE, "the images have values that are not finite")
+        if self.keep is not None:
+            self.keep(subset, rendered)
         scores = score_views(rendered, self.truth, self.masks, self.metrics)
         return Measured(
             scores,
