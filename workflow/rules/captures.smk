@@ -101,7 +101,7 @@ use rule ingest as ingest_masked with:
 
 use rule stage as describe with:
     input:
-        **inputs.capture(inputs.BARE),
+        **inputs.capture(inputs.WITHOUT_POINTS),
         lib=experiment.library("describe"),
     output:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
@@ -119,7 +119,7 @@ use rule stage as describe with:
 
 use rule stage as split with:
     input:
-        **inputs.capture(inputs.BARE),
+        **inputs.capture(inputs.WITHOUT_POINTS),
         lib=experiment.library("split"),
     output:
         splits=inputs.of_draws(experiment, "split.parquet"),
@@ -139,7 +139,7 @@ use rule stage as split with:
 
 use rule stage as features with:
     input:
-        **inputs.capture([*inputs.BARE, "descriptors"]),
+        **inputs.capture([*inputs.WITHOUT_POINTS, "descriptors"]),
         splits=inputs.of_draws(experiment, "split.parquet"),
         lib=experiment.library("features"),
     output:

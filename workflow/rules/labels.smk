@@ -10,7 +10,7 @@ LABELLED_SCENE = f"<results>/{experiment.trained}/{{scene}}"
 
 use rule stage as split_labelled with:
     input:
-        **inputs.capture(inputs.BARE, LABELLED_SCENE),
+        **inputs.capture(inputs.WITHOUT_POINTS, LABELLED_SCENE),
         lib=experiment.library("split_labelled"),
     output:
         splits="<results>/labels/{scene}/splits.parquet",
@@ -29,7 +29,7 @@ use rule stage as split_labelled with:
 
 use rule features as features_labelled with:
     input:
-        **inputs.capture([*inputs.BARE, "descriptors"], LABELLED_SCENE),
+        **inputs.capture([*inputs.WITHOUT_POINTS, "descriptors"], LABELLED_SCENE),
         splits=["<results>/labels/{scene}/splits.parquet"],
         lib=experiment.library("features"),
     output:
@@ -89,7 +89,9 @@ use rule label as label_part with:
 
 use rule stage as order with:
     input:
-        **inputs.captures(inputs.labelled(experiment), [*inputs.BARE, "descriptors"]),
+        **inputs.captures(
+            inputs.labelled(experiment), [*inputs.WITHOUT_POINTS, "descriptors"]
+        ),
         splits=inputs.of_labelled(experiment, "splits"),
         features=inputs.of_labelled(experiment, "features"),
         labels=inputs.label_files(experiment),

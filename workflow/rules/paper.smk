@@ -425,7 +425,7 @@ use rule stage as pair_poses with:
 
 use rule describe as describe_paired with:
     input:
-        **inputs.capture(inputs.BARE, f"{inputs.SCENE}/sources/given"),
+        **inputs.capture(inputs.WITHOUT_POINTS, f"{inputs.SCENE}/sources/given"),
         lib=experiment.library("describe"),
     output:
         descriptors=f"{inputs.SCENE}/sources/given/descriptors.parquet",
@@ -586,7 +586,11 @@ use rule table as reconchoice with:
 use rule table as pipeline_figure with:
     input:
         **inputs.chosen(
-            paper.searched_scene, *inputs.BARE, "splits", "labels", "trajectories"
+            paper.searched_scene,
+            *inputs.WITHOUT_POINTS,
+            "splits",
+            "labels",
+            "trajectories",
         ),
         lib=experiment.library("pipeline_figure"),
     output:

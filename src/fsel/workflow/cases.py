@@ -1,5 +1,4 @@
-"""The cases that the tables of features and scorers compare: `config/feature_sweep.csv` and
-`config/scorers.yaml`."""
+"""Cases of the tables of features and scorers, from `feature_sweep.csv` and `scorers.yaml`."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ HINT = "scorers are in config/scorers.yaml, configurations in config/feature_swe
 
 @cache
 def _lists(folder: Path) -> Mapping[str, Any]:
-    """The scorers and the feature configurations of a folder's `config`, checked."""
+    """Read and check the scorers and the feature configurations of a folder's `config`."""
     with (folder / "config" / "feature_sweep.csv").open(encoding="utf-8", newline="") as file:
         configurations = list(csv.DictReader(file))
     with (folder / "config" / "scorers.yaml").open(encoding="utf-8") as file:
@@ -31,13 +30,13 @@ def _lists(folder: Path) -> Mapping[str, Any]:
 
 
 def scorer_labels(experiment: Experiment) -> dict[str, str]:
-    """Name -> printed label of every scorer, in the table's order."""
+    """Map every scorer to its printed label, in the table's order."""
     scorers = _lists(experiment.folder)["scorers"]
     return {name: scorer["label"] for name, scorer in scorers.items()}
 
 
 def feature_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
-    """Number -> the paper's scorer with other features, in the table's order."""
+    """Map every row's number to the paper's scorer with its features, in the table's order."""
     lists = _lists(experiment.folder)
     ours = {key: lists["scorers"]["less_is_more"][key] for key in ("module", "settings")}
     return {
@@ -51,7 +50,7 @@ def feature_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
 
 
 def scorer_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
-    """Name -> a scorer with all features, in the table's order."""
+    """Map every name to a scorer with all features, in the table's order."""
     every = next(iter(feature_cases(experiment).values()))
     return {
         name: every | {key: scorer[key] for key in ("module", "settings")}
@@ -60,7 +59,7 @@ def scorer_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
 
 
 def files(experiment: Experiment, table: str) -> dict[str, Any]:
-    """What a case is trained on: labels, and the validation scenes that it selects on.
+    """Return the inputs of a case: labels to train on, and validation scenes to select on.
 
     Args:
         table: `feature_sweep` or `scorer_arch`, whose scenes they are.
@@ -85,7 +84,7 @@ def files(experiment: Experiment, table: str) -> dict[str, Any]:
 
 
 def training(experiment: Experiment, table: str) -> dict[str, Any]:
-    """How the cases of a table are trained, and the names of what they are given."""
+    """Return how the cases of a table are trained, and the names of their scenes."""
     config = experiment.config
     return {
         "scenes": list(experiment.labelled),
@@ -100,7 +99,7 @@ def training(experiment: Experiment, table: str) -> dict[str, Any]:
 
 
 def of_table(experiment: Experiment, table: str) -> dict[str, Any]:
-    """Params of a table: its `scenes`, and the `facts` that its caption says of them."""
+    """Return params of a table: its `scenes`, and the `facts` for its caption."""
     params = scenes.of_table(experiment, lambda made: scenes.tried(made, table))
     epochs = {"epochs": experiment.config["trials"]["epochs"]}
     return {**params, "facts": lambda wildcards: params["facts"](wildcards) | epochs}

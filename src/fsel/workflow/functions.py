@@ -1,4 +1,4 @@
-"""The function of every rule: the stage of its name, or one that is listed here."""
+"""Function of every rule: the stage of its name, or one that is listed here."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ LISTED = {
 
 
 def home_of(rule: str) -> str:
-    """`module:function` of a rule.
+    """Return `module:function` of a rule.
 
     Args:
         rule: its name; words after that of a stage name a variant, as in `train_no_appearance`.
@@ -76,7 +76,7 @@ def home_of(rule: str) -> str:
 
 
 def function_of(rule: str) -> Callable[..., None]:
-    """The function that a rule runs.
+    """Import the function that a rule runs.
 
     Raises:
         ValueError: as `home_of`.

@@ -22,7 +22,7 @@ FILES = {
     "descriptors": "descriptors.parquet",
 }
 LABEL_PART = "<results>/labels/{scene}/part{part}.jsonl"
-BARE = ("frames", "images")
+WITHOUT_POINTS = ("frames", "images")
 CAPTURE = ("frames", "points", "images")
 DESCRIBED = (*CAPTURE, "descriptors")
 
@@ -32,17 +32,17 @@ Paths = dict[str, Any]
 
 
 def table_files(name: str) -> Paths:
-    """A table in LaTeX and its numbers. `{reconstructor}` in its name is a folder."""
+    """Name the files of a table, LaTeX and numbers. `{reconstructor}` in its name is a folder."""
     return {"table": f"<tables>/{name}.tex", "numbers": f"<tables>/{name}.csv"}
 
 
 def figure_files(name: str) -> list[str]:
-    """A figure in both formats. `{reconstructor}` in its name is a folder."""
+    """List the files of a figure, in both formats. `{reconstructor}` in its name is a folder."""
     return [f"<figures>/{name}.pdf", f"<figures>/{name}.png"]
 
 
 def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
-    """A pattern with every combination of values in its braces; other braces stay as they are."""
+    """Expand a pattern with every combination of values; other braces stay as they are."""
     texts = []
     for combination in product(*(list(each) for each in values.values())):
         text = pattern
@@ -53,7 +53,7 @@ def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
 
 
 def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "") -> Paths:
-    """Name -> file of a canonical capture.
+    """Map names to the files of a canonical capture.
 
     Args:
         kinds: keys of `FILES`.
@@ -64,7 +64,7 @@ def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "
 
 
 def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, prefix: str = "") -> Paths:
-    """Name -> files of several canonical captures, one a scene.
+    """Map names to the files of several canonical captures, one for each scene.
 
     Args:
         scenes: dataset/scene of each.
@@ -76,7 +76,7 @@ def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, prefix: str 
 
 
 def chosen(files: Callable[[Any], Paths], *names: str) -> Paths:
-    """Files of some names that only the wildcards decide, or that may be refused.
+    """Return files of some names that the wildcards decide, or that may be refused.
 
     Args:
         files: wildcards -> name -> file or files.
@@ -89,18 +89,18 @@ def chosen(files: Callable[[Any], Paths], *names: str) -> Paths:
 
 
 def of_draws(experiment: Experiment, name: str, draws: Iterable[int] | None = None) -> list[str]:
-    """A file of every draw of the scene in the wildcards, or of some draws."""
+    """List a file of every draw of the scene in the wildcards, or of some draws."""
     chosen = range(experiment.config["draws"]) if draws is None else draws
     return [f"{SCENE}/draw{n}/{name}" for n in chosen]
 
 
 def of_problems(problems: Iterable[str], name: str) -> list[str]:
-    """A file of every problem, dataset/scene/draw; of every scene, dataset/scene."""
+    """List a file of every problem, dataset/scene/draw; of every scene, dataset/scene."""
     return [f"<results>/{problem}/{name}" for problem in problems]
 
 
 def of_scenes(scenes: Iterable[Scene], name: str, draws: Iterable[int] | None = None) -> list[str]:
-    """A file of every scene, or of each of its draws."""
+    """List a file of every scene, or of each of its draws."""
     parts = [""] if draws is None else [f"draw{n}/" for n in draws]
     return [f"<results>/{d}/{s}/{part}{name}" for d, s in scenes for part in parts]
 
@@ -116,7 +116,7 @@ def labelled(experiment: Experiment) -> list[str]:
 
 
 def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> list[str]:
-    """The searched subsets of every labelled scene and coverage, or of some scenes."""
+    """List the searched subsets of every labelled scene and coverage, or of some scenes."""
     return expanded(
         "<results>/labels/{scene}/p{coverage}.parquet",
         scene=experiment.labelled if scenes is None else scenes,
@@ -125,20 +125,20 @@ def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> 
 
 
 def parts_before(experiment: Experiment) -> Paths:
-    """The evaluations that earlier jobs made for the labels of the scene in the wildcards."""
+    """Name the evaluations that earlier jobs made for the labels of a scene."""
     parts = experiment.config["label_jobs"] - 1
     return {"known": LABEL_PART.replace("{part}", str(parts - 1))} if parts else {}
 
 
 def part_before(wildcards: Any) -> list[str]:
-    """Evaluations that the part before the one in the wildcards made, if it is not the first."""
+    """List the evaluations of the part before the one in the wildcards, if there is one."""
     part, scene = int(wildcards.part), wildcards.scene
     before = LABEL_PART.replace("{part}", str(part - 1)).replace("{scene}", scene)
     return [before] if part else []
 
 
 def of_labelled(experiment: Experiment, name: str) -> list[str]:
-    """`splits` or `features` of every labelled scene, at all coverages."""
+    """List `splits` or `features` of every labelled scene, at all coverages."""
     return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
 
 
@@ -183,7 +183,7 @@ def ingested(experiment: Experiment, long_side: int) -> Paths:
 
 
 def scorer_files(experiment: Experiment, policy: str) -> Paths:
-    """Scorers of a policy that are trained here, one a seed, with a log beside each."""
+    """Name the scorers of a policy that are trained here, one for each seed, and their logs."""
     folder = experiment.scorer_folder(policy)
     return {
         "weights": [f"{folder}/seed{seed}.safetensors" for seed in experiment.seeds],
@@ -192,7 +192,7 @@ def scorer_files(experiment: Experiment, policy: str) -> Paths:
 
 
 def first_scorers(experiment: Experiment) -> list[str]:
-    """The first seed of ours, and of each variant that is denied some features."""
+    """List the first seed of ours, and of each variant that is denied some features."""
     policies = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
     return [scorer_files(experiment, policy)["weights"][0] for policy in policies]
 
@@ -205,7 +205,7 @@ def training(experiment: Experiment, policy: str) -> Paths:
 
 
 def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
-    """The scene in the wildcards with large images: embedded ones are filmed anew into a folder."""
+    """Choose the scene with large images: embedded ones are rendered again into a folder."""
 
     def source(wildcards: Any) -> str:
         dataset, scene = wildcards.dataset, wildcards.scene
@@ -217,7 +217,7 @@ def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
 
 
 def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
-    """What the report prints beside an output of `SHOWN`.
+    """Return an input function: what the report prints beside an output of `SHOWN`.
 
     Args:
         title: of the table or figure; the name of a further reconstructor is added.

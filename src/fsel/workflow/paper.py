@@ -34,7 +34,7 @@ class Paper:
     asks: bool = True
 
     def targets(self) -> list[str]:
-        """Paths of the tables and figures that can be made; prints what cannot, and why.
+        """List the paths of the tables and figures that can be made; print what cannot, and why.
 
         Raises:
             Refusal: for programs that are named and not here.
@@ -49,7 +49,7 @@ class Paper:
         return made
 
     def possible(self) -> tuple[list[str], list[str]]:
-        """Paths that stand-ins can make here, and lines that say what cannot be made."""
+        """Return the paths that can be made here, and lines that say what cannot."""
         made: list[str] = []
         said = [f"  left out: {reason}" for reason in self.experiment.datasets.missing.values()]
         for name, needs in self.needs().items():
@@ -64,7 +64,7 @@ class Paper:
         return made, said
 
     def needs(self) -> dict[str, Sequence[Callable[[], object]]]:
-        """Table or figure -> functions that refuse a configuration which cannot make it."""
+        """Map each table or figure to functions that refuse a configuration without its inputs."""
         made = self.experiment
         labels = partial(scenes.with_labels, made)
         return {
@@ -120,7 +120,7 @@ class Paper:
         requirements.check_reconstructors(further, f"{section}.reconstructions")
 
     def library(self, rule: str, section: str) -> Choice:
-        """The sources of a rule, which refuse a section whose programs are not here."""
+        """Return an input function: the sources of a rule; it refuses missing programs."""
         own = self.pictured if section == PICTURES else None
         files = self.experiment.library(rule, own)
 
@@ -149,26 +149,19 @@ class Paper:
         if not others and not refused:
             return
         others += self.missing_programs()
-        lines = [f"  {line}" for line in others]
-        if not refused:
-            refuse(
-                "\n".join([f"{len(others)} of what is named is not here:", *lines])
-                + "\n"
-                + "\n".join(self._without(configfiles)),
-                "get each as it says; paths are from the folder of the run. docs/reconstructors.md "
-                "has the licences",
+        lines = [f"{len(others)} of what is named is not here:", *(f"  {line}" for line in others)]
+        lines = [*lines, *self._without(configfiles)] if others else []
+        hint = "get each as it says, docs/reconstructors.md has the licences"
+        if refused:
+            count = len(datasets.missing) + len(datasets.entries)
+            head = f"no folders (from {Path.cwd()}) for {len(datasets.missing)} of {count} datasets"
+            lines = [f"{head}:", *(f"  {reason}" for reason in datasets.missing.values()), *lines]
+            hint = (
+                "put each dataset there, correct the path, or leave its entry out; "
+                "`allow_missing: true` makes what can be made without, and captions name what is "
+                "missing"
             )
-        if others:
-            lines = [f"and {len(others)} of what else is named is not here:", *lines]
-            lines += self._without(configfiles)
-        count = len(datasets.missing) + len(datasets.entries)
-        head = f"no folders (from {Path.cwd()}) for {len(datasets.missing)} of {count} datasets:"
-        reasons = [f"  {reason}" for reason in datasets.missing.values()]
-        refuse(
-            "\n".join([head, *reasons, *lines]),
-            "put each dataset there, correct the path, or leave its entry out; `allow_missing: "
-            "true` makes what can be made without, and captions name what is missing",
-        )
+        refuse("\n".join(lines), hint)
 
     def _without(self, configfiles: Sequence[str]) -> list[str]:
         """Describe how a run goes without what is not here, and what it makes then."""
@@ -187,7 +180,7 @@ class Paper:
         return [*lines, f"  which makes {names}", *left_out]
 
     def compared(self, table: str) -> dict[str, Section]:
-        """Name -> section of each reconstructor of a table.
+        """Map the name of each reconstructor of a table to its section.
 
         `reconchoice` has those of `transfer` unless it names its own.
         """
@@ -196,21 +189,11 @@ class Paper:
         return reconstructors.named(given, f"{table}.reconstructions")
 
     def reconstruction(self, table: str) -> Choice:
-        """The section of the wildcard `compared` among the reconstructors of a table."""
-
-        def section(wildcards: Any) -> Section:
-            sections = self.compared(table)
-            if wildcards.compared not in sections:
-                refuse(
-                    f"{table}.reconstructions has no {wildcards.compared!r}",
-                    f"its names are {list(sections)}",
-                )
-            return sections[wildcards.compared]
-
-        return section
+        """Choose the section of the wildcard `compared` among the reconstructors of a table."""
+        return lambda wildcards: self.compared(table)[wildcards.compared]
 
     def budgets(self, key: str) -> list[int]:
-        """`budgets` or `inputs` of the section `transfer`, refused where no picks exist."""
+        """Return `budgets` or `inputs` of the section `transfer`; refuse those without picks."""
         chosen: list[int] = self.experiment.config[TRANSFER][key]
         swept = self.experiment.config["budgets"]
         if missing := [k for k in chosen if k not in swept]:
@@ -222,17 +205,17 @@ class Paper:
 
     @property
     def pass_budgets(self) -> list[int]:
-        """The budgets near 30 and 40, columns of `crosscapture`."""
+        """Budgets near 30 and 40, the columns of `crosscapture`."""
         return sorted({self.experiment.budget_near(30), self.experiment.budget_near(40)})
 
     @property
     def draws(self) -> range:
-        """The draws that every reconstructor of `transfer` measures."""
+        """Draws that every reconstructor of `transfer` measures."""
         config = self.experiment.config
         return range(min(config["draws"], config[TRANSFER]["draws"]))
 
     def evaluations(self, table: str, draws: Sequence[int]) -> list[str]:
-        """What each reconstructor of a table makes of the held-out scenes, one after the other."""
+        """List the evaluations of the held-out scenes by each reconstructor of a table."""
         return [
             path
             for name in self.compared(table)
@@ -242,12 +225,12 @@ class Paper:
         ]
 
     def described(self, table: str) -> dict[str, dict[str, Any]]:
-        """Name -> what a caption says of each reconstructor of a table."""
+        """Map each reconstructor of a table to what a caption says of it."""
         sections = self.compared(table).items()
         return {name: reconstructors.described(name, section) for name, section in sections}
 
     def pose_labels(self) -> list[str]:
-        """The two sources of poses as `pose_sources` prints them."""
+        """Name the two sources of poses as `pose_sources` prints them."""
         (dataset,) = scenes.datasets_of(scenes.posed_twice(self.experiment))
         (label,) = self.experiment.labels([dataset]).values()
         entry = self.experiment.datasets.entries[dataset]
@@ -255,18 +238,18 @@ class Paper:
         first = source_of(entry["poses"], entry.get("model", ""))
         return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
 
-    def searched_scene(self, wildcards: Any = None) -> inputs.Paths:
-        """The first labelled scene, whose search and labels `pipeline_figure` draws."""
+    def searched_scene(self, wildcards: Any) -> inputs.Paths:
+        """Return the files of the first labelled scene, which `pipeline_figure` draws."""
         scene = scenes.with_labels(self.experiment)[0]
         return {
-            **inputs.capture(inputs.BARE, f"<results>/{self.experiment.trained}/{scene}"),
+            **inputs.capture(inputs.WITHOUT_POINTS, f"<results>/{self.experiment.trained}/{scene}"),
             "splits": f"<results>/labels/{scene}/splits.parquet",
             "labels": inputs.label_files(self.experiment, [scene]),
             "trajectories": "<results>/trajectories.parquet",
         }
 
     def pictured_scene(self, dataset: str) -> inputs.Paths:
-        """The first evaluation scene of a dataset, whose views are drawn."""
+        """Return the files of the first evaluation scene of a dataset, whose views are drawn."""
         scene = self.experiment.scenes(dataset, "evaluation")[0]
         folder, draws = f"<results>/{dataset}/{scene}", range(self.experiment.config["draws"])
         return {
@@ -276,8 +259,8 @@ class Paper:
             "evaluations": [f"{folder}/draw{n}/evaluation.parquet" for n in draws],
         }
 
-    def pictured_room(self, wildcards: Any = None) -> inputs.Paths:
-        """The first place that was filmed in several passes, whose views are drawn."""
+    def pictured_room(self, wildcards: Any) -> inputs.Paths:
+        """Return the files of the first place filmed in several passes, whose views are drawn."""
         folder = f"<results>/{inputs.joined(scenes.rooms(self.experiment))[0]}"
         return {
             **inputs.capture(folder=f"{folder}/pictures"),
@@ -288,16 +271,16 @@ class Paper:
 
     @property
     def pictured(self) -> Section:
-        """The reconstructor of the pictures."""
+        """Reconstructor of the pictures."""
         return reconstructors.without_name(self.experiment.config[PICTURES])
 
     def picture_facts(self, dataset: str) -> dict[str, Any]:
-        """What the line under a figure of views says of a dataset and of the reconstructor."""
+        """Return what the line under a figure of views says of a dataset and the reconstructor."""
         own = self.pictured
         return self.experiment.facts([dataset]) | reconstructors.described(own["name"], own)
 
     def picture_size(self) -> dict[str, int]:
-        """Width and height of embedded captures that are filmed anew for pictures."""
+        """Return the width and height of embedded captures that are rendered again for pictures."""
         size = {side: self.experiment.config["embedded"][side] for side in ("width", "height")}
         scale = self.pictured["long_side"] / max(size.values())
         return {side: round(scale * pixels) for side, pixels in size.items()}

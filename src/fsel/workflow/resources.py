@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fsel.core.files import mapped_array
 
@@ -36,31 +35,17 @@ class Size:
         Args:
             long_side: of the images reconstructed from, in pixels.
         """
+        pixels = 1.0
+        if self.grows == "reconstruction":
+            pixels = max(1.0, (long_side / DECLARED_SIDE) ** 2)
         amounts = {"mem_mb": self.memory_mb, "runtime": self.minutes}
+        return {name: self._needed(pixels * amount) for name, amount in amounts.items()}
+
+    def _needed(self, amount: float) -> Resource:
+        """An amount of which a job that failed gets twice as much, then three times."""
         if not self.grows:
-            return {key: growing(amount) for key, amount in amounts.items()}
-        side = long_side if self.grows == "reconstruction" else DECLARED_SIDE
-        return {key: per_capture(amount, side) for key, amount in amounts.items()}
-
-
-def growing(amount: int) -> Resource:
-    """A resource of which a job that failed gets twice as much, then three times."""
-    return lambda wildcards, attempt: amount * attempt
-
-
-def per_capture(amount: int, long_side: int) -> Resource:
-    """A growing resource that follows the frames of the largest capture among the inputs.
-
-    Args:
-        amount: at `DECLARED_FRAMES` and `DECLARED_SIDE`.
-        long_side: of the images reconstructed from, in pixels; above that, it follows them too.
-    """
-    pixels = max(1.0, (long_side / DECLARED_SIDE) ** 2)
-
-    def needed(wildcards: Any, input: Iterable[str], attempt: int) -> int:
-        return int(amount * attempt * captured(input) * pixels)
-
-    return needed
+            return lambda wildcards, attempt: int(amount * attempt)
+        return lambda wildcards, input, attempt: int(amount * attempt * captured(input))
 
 
 def captured(files: Iterable[str]) -> float:

@@ -17,7 +17,7 @@ Scenes = list[Scene]
 
 
 def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> dict[str, Any]:
-    """Params of a table: its `scenes`, and the `facts` that its caption says of them."""
+    """Return params of a table: its `scenes`, and the `facts` for its caption."""
 
     def facts(wildcards: Any) -> dict[str, Any]:
         return experiment.facts(datasets_of(chosen(experiment)), wildcards.reconstructor)
@@ -26,12 +26,12 @@ def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> 
 
 
 def datasets_of(scenes: Scenes) -> list[str]:
-    """The datasets of scenes, each once, in order."""
+    """List the datasets of scenes, each once, in order."""
     return list(dict.fromkeys(dataset for dataset, _ in scenes))
 
 
 def with_labels(experiment: Experiment) -> list[str]:
-    """The labelled scenes, at least one."""
+    """List the labelled scenes, at least one."""
     if not experiment.labelled:
         refuse(
             "no dataset has `train` scenes",
@@ -41,18 +41,18 @@ def with_labels(experiment: Experiment) -> list[str]:
 
 
 def from_labels(experiment: Experiment, files: Any) -> Any:
-    """Files that are made of labels."""
+    """Return files that are made from labels; refuse a configuration without labels."""
     with_labels(experiment)
     return files
 
 
 def evaluated(experiment: Experiment) -> Scenes:
-    """The evaluation scenes of all datasets."""
+    """List the evaluation scenes of all datasets."""
     return experiment.evaluation_scenes
 
 
 def held_out(experiment: Experiment) -> Scenes:
-    """Evaluation scenes of the labelled dataset, at least one."""
+    """List the evaluation scenes of the labelled dataset, at least one."""
     trained = experiment.trained
     scenes = experiment.scenes(trained, "evaluation")
     if not scenes:
@@ -64,7 +64,7 @@ def held_out(experiment: Experiment) -> Scenes:
 
 
 def held_out_problems(experiment: Experiment) -> list[str]:
-    """Problems on which selections are compared with the search, at least one."""
+    """List the problems on which selections are compared with the search, at least one."""
     problems, config = experiment.searched_problems(), experiment.config
     if not problems:
         refuse(
@@ -80,7 +80,7 @@ def held_out_problems(experiment: Experiment) -> list[str]:
 
 
 def rooms(experiment: Experiment) -> Scenes:
-    """The evaluation scenes filmed in several passes, at least one."""
+    """List the evaluation scenes filmed in several passes, at least one."""
     held: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
     entries = experiment.datasets.entries
 
@@ -107,14 +107,14 @@ def rooms(experiment: Experiment) -> Scenes:
 
 
 def passes(experiment: Experiment, wildcards: Any) -> list[str]:
-    """The passes of the room in the wildcards that are held out in turn; none for each of all."""
+    """List the passes of a room that are held out in turn; none for each of all."""
     named = experiment.config["crosscapture"]["held_out"].get(wildcards.dataset, {})
     found: list[str] = named.get(wildcards.scene, [])
     return found
 
 
 def of_objects(experiment: Experiment) -> Scenes:
-    """The captures that are about an object, at least one."""
+    """List the captures of an object, at least one."""
     scenes = experiment.with_role("object")
     if not scenes:
         refuse(
@@ -125,7 +125,7 @@ def of_objects(experiment: Experiment) -> Scenes:
 
 
 def tried(experiment: Experiment, table: str) -> Scenes:
-    """The scenes that rows of `feature_sweep` or `scorer_arch` are compared on, at least one."""
+    """List the scenes on which `feature_sweep` or `scorer_arch` compares rows, at least one."""
     named = experiment.config["trials"]["scenes"][table]
     if named:
         there = {d: role for d, role in named.items() if d in experiment.datasets.entries}
@@ -146,7 +146,7 @@ def tried(experiment: Experiment, table: str) -> Scenes:
 
 
 def posed_twice(experiment: Experiment) -> Scenes:
-    """Evaluation scenes with a second source of poses, at least one."""
+    """List the evaluation scenes with a second source of poses, at least one."""
     config = experiment.config["pose_sources"]
     named, model = config["dataset"], config["model"]
     entry = experiment.datasets.entries.get(named, {})

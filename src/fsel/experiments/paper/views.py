@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -40,19 +41,9 @@ def qualitative(
     targets = frames_of(capture, roles[roles["role"] == "target"]["name"].tolist())
     evaluation = pd.concat([read_table(path) for path in evaluations])
     picked = read_table(selections).query("seed == 0")
-    draw_views(
-        capture,
-        picked,
-        evaluation,
-        targets,
-        figures,
-        numbers,
-        views=views,
-        k=k,
-        reconstruction=reconstruction,
-        note=note(facts),
-        methods=methods,
-    )
+    shown: dict[str, Any] = {"k": k, "views": views, "methods": methods}
+    shown |= {"reconstruction": reconstruction, "note": note(facts)}
+    draw_views(capture, picked, evaluation, targets, figures, numbers, **shown)
 
 
 def real_world(
@@ -92,16 +83,6 @@ def real_world(
     all_others = pd.DataFrame({"method": "all", "name": others, "order": range(len(others))})
     picked = pd.concat([picked, all_others])
     text = f"Views of {held_out}, frames of {len(rest)} other captures of it. {note(facts)}"
-    draw_views(
-        capture,
-        picked,
-        measured,
-        targets,
-        figures,
-        numbers,
-        views=views,
-        k=k,
-        reconstruction=reconstruction,
-        note=text,
-        methods=methods,
-    )
+    shown: dict[str, Any] = {"k": k, "views": views, "methods": methods}
+    shown |= {"reconstruction": reconstruction, "note": text}
+    draw_views(capture, picked, measured, targets, figures, numbers, **shown)
