@@ -38,7 +38,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Trial:
+class ExperimentCase:
     """A selection problem, and what tells it from the others of its experiment.
 
     Attributes:
@@ -69,10 +69,12 @@ def every_draw(
     budgets: Sequence[int] = (),
     problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of,
     **key: Any,
-) -> Iterator[Trial]:
+) -> Iterator[ExperimentCase]:
     """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
     for draw, split in enumerate(splits):
-        yield Trial({**key, "draw": draw}, capture, split, budgets, rng_by_name(0), problem)
+        yield ExperimentCase(
+            {**key, "draw": draw}, capture, split, budgets, rng_by_name(0), problem
+        )
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class Trials:
         masked: whether metrics are taken inside the masks alone.
     """
 
-    of: Callable[..., Iterator[Trial]]
+    of: Callable[..., Iterator[ExperimentCase]]
     methods: Sequence[str] = ()
     read: Callable[[Files], pd.DataFrame] | None = None
     by: Sequence[str] = SELECTION
@@ -162,7 +164,7 @@ class Trials:
             logger.info("%s: %.2f dB", dict(trial.key), table["psnr"].mean())
         write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
-    def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[Trial]:
+    def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[ExperimentCase]:
         loaded = [Capture.load(folder) for folder in folders]
         drawn = [[Split.load(path) for path in splits]] if splits else []
         return self.of(*loaded, *drawn, **settings)

@@ -11,7 +11,7 @@ from selection_problems import random_capture, random_problem, with_points
 from fsel.core.capture import Capture, Views
 from fsel.evaluation.speed import gaps
 from fsel.experiments.studies.bench import (
-    Bench,
+    BenchCase,
     depth_error,
     rendered_inverse_depth,
     true_depth,
@@ -216,7 +216,7 @@ def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
     np.testing.assert_allclose(inverse[1], 0.2, rtol=1e-4)
     depth = np.full((2, 12, 16), 5.0)
     depth[:, :3] = 0  # sky
-    place = Bench(None, None, views, None, depth)
+    place = BenchCase(None, None, views, None, depth)
     # 4 for 5 in one view and 5 for 5 in the other: errors of 20 % and 0, as many of each
     assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
 

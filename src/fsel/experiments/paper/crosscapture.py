@@ -18,7 +18,7 @@ from fsel.evaluation.measuring import RngFactory, Run
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, LEARNED
 from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
-from fsel.experiments.scheme import Trial, Trials
+from fsel.experiments.scheme import ExperimentCase, Trials
 from fsel.metrics import Metrics, headings
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover")
@@ -86,7 +86,7 @@ def trials(
     draws: int,
     budgets: Sequence[int],
     seed: int,
-) -> Iterator[Trial]:
+) -> Iterator[ExperimentCase]:
     """Yield the trials of a room: every held-out pass, and every draw of targets where drawn.
 
     Args:
@@ -112,7 +112,7 @@ def trials(
                 rng = np.random.default_rng([seed, 3, name_seed(name), draw])
             split = cross_split(capture, name, others=held_out, targets=targets, rng=rng)
             key, rng_of = {"held_out": name, "draw": draw}, _rng_of_pass(seed, name, draw)
-            yield Trial(key, capture, split, budgets, rng_of, frames=kept)
+            yield ExperimentCase(key, capture, split, budgets, rng_of, frames=kept)
 
 
 def _rng_of_pass(seed: int, held_out: str, draw: int) -> RngFactory:

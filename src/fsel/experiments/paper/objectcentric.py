@@ -19,7 +19,7 @@ from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS
 from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
-from fsel.experiments.scheme import Trial, Trials
+from fsel.experiments.scheme import ExperimentCase, Trials
 from fsel.metrics import Metrics, headings, inside
 from fsel.selection.focus import from_capture
 
@@ -66,7 +66,7 @@ def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Pr
 
 def trials(
     capture: Capture, *, k: int, draws: int, targets: int, seed: int, long_side: int
-) -> Iterator[Trial]:
+) -> Iterator[ExperimentCase]:
     """Yield a trial a draw of targets.
 
     Args:
@@ -76,7 +76,7 @@ def trials(
     small = capture.resized(long_side)
     for draw in range(draws):
         split, rng_of = object_split(small, draw, seed, targets), rng_by_draw(seed, draw)
-        yield Trial({"draw": draw}, capture, split, [k], rng_of, problem=around_object)
+        yield ExperimentCase({"draw": draw}, capture, split, [k], rng_of, problem=around_object)
 
 
 def objectcentric(

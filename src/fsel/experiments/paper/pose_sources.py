@@ -19,7 +19,7 @@ from fsel.evaluation.latex import difference, number, plain_table, tex
 from fsel.evaluation.measuring import rng_by_draw
 from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.scheme import Trial, Trials
+from fsel.experiments.scheme import ExperimentCase, Trials
 from fsel.metrics import Metrics, headings
 from fsel.selectors.baselines import FURTHER, PAPER
 
@@ -83,7 +83,7 @@ def trials(
     targets: int,
     seed: int,
     split_seed: int,
-) -> Iterator[Trial]:
+) -> Iterator[ExperimentCase]:
     """Yield every draw with both sources of poses, to select and to reconstruct by.
 
     Args:
@@ -96,7 +96,7 @@ def trials(
         for source, capture in ((GIVEN, given), (OTHER, other)):
             split = evaluation_split(capture, draw, split_seed, targets)
             key = {"draw": draw, "source": source}
-            yield Trial(key, capture, split, budgets, rng_by_draw(seed, draw))
+            yield ExperimentCase(key, capture, split, budgets, rng_by_draw(seed, draw))
 
 
 def pose_sources(

@@ -31,7 +31,7 @@ REPEATS = 3  # the least of three times: other work on the machine only adds
 
 
 @dataclass(frozen=True)
-class Bench:
+class BenchCase:
     """A capture, frames to reconstruct it from, and views to compare it at.
 
     Attributes:
@@ -55,7 +55,7 @@ def benches(
     generated: Sequence[Mapping | None],
     k: int,
     reconstruction: Mapping,
-) -> Iterator[Bench]:
+) -> Iterator[BenchCase]:
     """Yield the frames nearest to each draw's proxies, compared at its targets, all compiled.
 
     Args:
@@ -65,7 +65,7 @@ def benches(
     for folder, split, made in zip(folders, splits, generated, strict=True):
         posed, targets = Problem.load(folder, split), Split.load(split).targets
         small = posed.capture.resized(reconstruction["long_side"])
-        bench = Bench(
+        bench = BenchCase(
             capture=posed.capture,
             picks=np.sort(nearest(posed, posed.observed, k)),
             views=small.view(targets),
@@ -77,7 +77,7 @@ def benches(
 
 
 def measure_cold(
-    bench: Bench, reconstruction: Mapping, **changes: Any
+    bench: BenchCase, reconstruction: Mapping, **changes: Any
 ) -> tuple[dict[str, float], Model]:
     """Reconstruct with nothing cached and compare.
 
@@ -99,7 +99,7 @@ def measure_cold(
 
 
 def measure_splats(
-    bench: Bench, reconstruction: Mapping, **changes: Any
+    bench: BenchCase, reconstruction: Mapping, **changes: Any
 ) -> tuple[dict[str, float], SplatModel]:
     """Measure as `measure_cold`, with a reconstructor that makes splats.
 
@@ -115,7 +115,7 @@ def measure_splats(
     return cost, model
 
 
-def measure_model(bench: Bench, model: Model) -> dict[str, float]:
+def measure_model(bench: BenchCase, model: Model) -> dict[str, float]:
     """The numbers of `measure_cold` for a model, but the fit's seconds."""
     taken = []
     for _ in range(REPEATS):
@@ -131,7 +131,7 @@ def measure_model(bench: Bench, model: Model) -> dict[str, float]:
     }
 
 
-def depth_error(model: Model, bench: Bench) -> float:
+def depth_error(model: Model, bench: BenchCase) -> float:
     """Median over the targets' pixels of |depth / exact depth - 1|, sky apart.
 
     NaN where the exact depth is not known, and for models without depth.

@@ -18,7 +18,7 @@ from fsel.evaluation.measuring import Run, rng_by_name, runs
 from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.evaluation.sweep import LABELS
 from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.scheme import Trial, Trials
+from fsel.experiments.scheme import ExperimentCase, Trials
 from fsel.selectors.baselines import METHODS, PAPER
 from fsel.selectors.policies import POLICIES, ScoringMethod
 
@@ -38,11 +38,11 @@ POLICY = {
 
 def trials(
     capture: Capture, splits: Sequence[Split], *, budgets: Sequence[int], seeds: Sequence[int]
-) -> Iterator[Trial]:
+) -> Iterator[ExperimentCase]:
     """Yield every draw under every setting: from P, from P and O, and with target poses."""
     for draw, (split, seed) in enumerate(zip(splits, seeds, strict=True)):
         for setting in SETTINGS:
-            yield Trial(
+            yield ExperimentCase(
                 {"draw": draw, "setting": setting},
                 capture,
                 split,

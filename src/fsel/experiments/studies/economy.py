@@ -15,7 +15,7 @@ from fsel.core.files import File, Files, write_text
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.experiments.studies.bench import (
-    Bench,
+    BenchCase,
     benches,
     measure_cold,
     measure_model,
@@ -66,7 +66,7 @@ def economy(
     write_text(_table(means, k), table)
 
 
-def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
+def _of_reconstruction(place: BenchCase, reconstruction: Mapping) -> list[dict]:
     """Planes, opacity and views; the default has the first two."""
     most = asdict(SplatSettings(**reconstruction["settings"]))["planes"][1]
     usual, model = measure_splats(place, reconstruction)
@@ -81,7 +81,7 @@ def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
     return rows
 
 
-def first_view(place: Bench) -> Bench:
+def first_view(place: BenchCase) -> BenchCase:
     """The bench with its first target alone."""
     return replace(
         place,

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from fsel.experiments.studies import stability
-from fsel.experiments.studies.hard_cases import Case, Finding, finite, observe, strict
+from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, observe, strict
 
 
 @pytest.mark.parametrize("case", stability.CASES.values(), ids=stability.CASES.keys())
@@ -33,14 +33,14 @@ def test_a_fault_is_a_finding_that_does_not_hold(fault, told):
 
 
 def test_an_error_that_is_no_number_does_not_hold():
-    assert not Finding("", np.nan, 1.0).holds
-    assert Finding("", 1.0, 1.0).holds
+    assert not CaseOutcome("", np.nan, 1.0).holds
+    assert CaseOutcome("", 1.0, 1.0).holds
 
 
 def test_the_table_has_a_row_for_every_case_faults_included(tmp_path, monkeypatch):
     cases = [
-        Case("good", "50% of x_1", lambda: Finding("2 of 4", 1e-12, 1e-9)),
-        Case("wrong", "two", lambda: Finding("three", 1.0, 1e-9)),
+        Case("good", "50% of x_1", lambda: CaseOutcome("2 of 4", 1e-12, 1e-9)),
+        Case("wrong", "two", lambda: CaseOutcome("three", 1.0, 1e-9)),
         Case("broken", "three", lambda: 1 / 0),
     ]
     monkeypatch.setattr(stability, "CASES", {case.name: case for case in cases})

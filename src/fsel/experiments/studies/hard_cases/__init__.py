@@ -18,7 +18,7 @@ from fsel.evaluation.evaluator import evaluators
 
 
 @dataclass(frozen=True)
-class Finding:
+class CaseOutcome:
     """Outcome of a case.
 
     Attributes:
@@ -49,7 +49,7 @@ class Case:
 
     name: str
     expected: str
-    run: Callable[[], Finding]
+    run: Callable[[], CaseOutcome]
 
 
 @contextmanager
@@ -63,13 +63,13 @@ def strict() -> Iterator[None]:
         yield
 
 
-def observe(case: Case) -> Finding:
+def observe(case: Case) -> CaseOutcome:
     """Run a case under `strict`; what it raises is its finding, with an infinite error."""
     try:
         with strict():
             return case.run()
     except (ArithmeticError, RuntimeError, ValueError, Warning) as fault:
-        return Finding(f"{type(fault).__name__}: {fault}", np.inf, 0.0)
+        return CaseOutcome(f"{type(fault).__name__}: {fault}", np.inf, 0.0)
 
 
 def finite(*arrays: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture
 from fsel.core.geometry import pixel_rays
 from fsel.core.points import SparsePoints
-from fsel.experiments.studies.hard_cases import Case, Finding, finite, quality, worlds
+from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, quality, worlds
 from fsel.features.appearance import descriptors
 from fsel.features.columns import INPUTS
 from fsel.metrics import PSNR_CEILING, score_views
@@ -37,7 +37,7 @@ SHARE = 20  # one point in so many lies at the odd depth
 PLANE = 0.027
 
 
-def blank(level: int) -> Finding:
+def blank(level: int) -> CaseOutcome:
     """A uniform image has no sharpness, a descriptor of length one (black: none), and is itself."""
     images = np.full(SHAPE, level, np.uint8)
     sharp, described = sharpness(images), descriptors(images, "lab_hog")
@@ -51,35 +51,35 @@ def blank(level: int) -> Finding:
         np.abs(scores[:, 2]).max(),
     )
     told = f"sharpness {sharp[0]:.2g}; descriptor {length[0]:.6f}; PSNR {scores[0, 0]:.1f} dB"
-    return Finding(told, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
+    return CaseOutcome(told, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
 
 
-def black_against_white() -> Finding:
+def black_against_white() -> CaseOutcome:
     """PSNR 0 dB and SSIM C1 / (1 + C1): means differ by one and nothing varies."""
     scores = score_views(np.zeros(SHAPE, np.float32), np.full(SHAPE, 255, np.uint8))
     finite(scores)
     error = max(np.abs(scores[:, 0]).max(), np.abs(scores[:, 1] - C1 / (1 + C1)).max())
-    return Finding(f"PSNR {scores[0, 0]:.3g} dB; SSIM {scores[0, 1]:.6f}", float(error), 1e-9)
+    return CaseOutcome(f"PSNR {scores[0, 0]:.3g} dB; SSIM {scores[0, 1]:.6f}", float(error), 1e-9)
 
 
-def equal_fitness() -> Finding:
+def equal_fitness() -> CaseOutcome:
     """Retained subsets of one fitness weigh the same, whatever the fitness is."""
     error = 0.0
     for level in (0.0, 1.0, 1 / 3, 1e-300):
         weights = trajectory_weights(np.full(4, level))
         finite(weights)
         error = max(error, float(np.abs(weights - 1).max()))
-    return Finding("all weights 1" if error == 0 else "weights differ", error, 0.0)
+    return CaseOutcome("all weights 1" if error == 0 else "weights differ", error, 0.0)
 
 
-def one_fitter_subset() -> Finding:
+def one_fitter_subset() -> CaseOutcome:
     """Fitnesses apart by one unit in the last place are as good as equal; weights keep mean one."""
     weights = trajectory_weights(np.array([0.5, 0.5, 0.5, np.nextafter(0.5, 1)]))
     finite(weights)
-    return Finding(f"weights {np.round(weights, 4).tolist()}", float(np.ptp(weights)), 1e-3)
+    return CaseOutcome(f"weights {np.round(weights, 4).tolist()}", float(np.ptp(weights)), 1e-3)
 
 
-def equal_metrics() -> Finding:
+def equal_metrics() -> CaseOutcome:
     """Searches that cannot tell subsets apart still return distinct ones of the right size."""
     problem, rng = worlds.world(), np.random.default_rng(0)
     pool, centers = problem.candidates, problem.capture.centers
@@ -101,27 +101,29 @@ def equal_metrics() -> Finding:
         sizes.append(len(distinct))
         if len(distinct) < len(result.subsets) or any(len(s) < K for s in distinct):
             error = np.inf
-    return Finding(f"fitness 0; {sizes} distinct subsets", error, 0.0)
+    return CaseOutcome(f"fitness 0; {sizes} distinct subsets", error, 0.0)
 
 
-def far_metric() -> Finding:
+def far_metric() -> CaseOutcome:
     """A PSNR of 1e12 among ordinary ones leaves fitness in 0..1, and right to rounding."""
     metrics = np.array([[20.0, 0.5, 0.1], [21.0, 0.6, 0.1], [1e12, 0.55, 0.1]])
     got = fitness(metrics)
     finite(got)
     exact = np.array([0.0, (1 / (1e12 - 20) + 1) / 3, (1 + 0.5) / 3])
-    return Finding(f"fitness {np.round(got, 6).tolist()}", float(np.abs(got - exact).max()), 1e-12)
+    return CaseOutcome(
+        f"fitness {np.round(got, 6).tolist()}", float(np.abs(got - exact).max()), 1e-12
+    )
 
 
-def equal_distances() -> Finding:
+def equal_distances() -> CaseOutcome:
     """Frames in one place that serve all views alike are taken in their own order."""
     apart = np.zeros((K, K))
     orders = [order_subset(np.full((K, 3), value), apart) for value in (0.0, 1e-300, 1e12)]
     error = max(float(np.abs(order - np.arange(K)).max()) for order in orders)
-    return Finding("lowest rows first" if error == 0 else str(orders), error, 0.0)
+    return CaseOutcome("lowest rows first" if error == 0 else str(orders), error, 0.0)
 
 
-def loud_training() -> Finding:
+def loud_training() -> CaseOutcome:
     """Inputs that make logits of 10^4: float32 losses against float64 ones."""
     import torch  # only training needs it
 
@@ -143,7 +145,7 @@ def loud_training() -> Finding:
         finite(*weights.values(), log["loss"])
         logs.append(log["loss"])
     error = float(np.abs(logs[0][0] / logs[1][0] - 1))
-    return Finding(f"loss {logs[1][0]:.4g}, after two epochs {logs[1][-1]:.4g}", error, 1e-5)
+    return CaseOutcome(f"loss {logs[1][0]:.4g}, after two epochs {logs[1][-1]:.4g}", error, 1e-5)
 
 
 def wall(depth: float, odd: float | None = None) -> Capture:
@@ -189,14 +191,14 @@ def measure_quality(capture: Capture) -> tuple[float, float]:
     return quality(capture, frames, held), float(np.median(np.abs(position[:, 2] / depth - 1)))
 
 
-def of_depth(depth: float, odd: float | None, allowed: float) -> Finding:
+def of_depth(depth: float, odd: float | None, allowed: float) -> CaseOutcome:
     """Depth error of the wall; PSNR against the same wall with all points on it."""
     usual, _ = measure_quality(wall(DEPTH))
     psnr, error = measure_quality(wall(depth, odd))
-    return Finding(f"PSNR {psnr:.2f} dB, plain wall {usual:.2f}", error, allowed)
+    return CaseOutcome(f"PSNR {psnr:.2f} dB, plain wall {usual:.2f}", error, allowed)
 
 
-def turned_about() -> Finding:
+def turned_about() -> CaseOutcome:
     """Two walls back to back: no frame of one half sees anything of the other's."""
     first = wall(DEPTH)
     back = np.diag([-1.0, 1.0, -1.0])
@@ -215,7 +217,7 @@ def turned_about() -> Finding:
     several = (half, np.append(half, half + 12))
     alone, together = (quality(both, frames, np.array([5])) for frames in several)
     told = f"PSNR {alone:.2f} dB, with the other side's frames {together:.2f}"
-    return Finding(told, float(abs(together - alone)), 0.01)
+    return CaseOutcome(told, float(abs(together - alone)), 0.01)
 
 
 CASES = (

@@ -13,7 +13,7 @@ from fsel.core.geometry import lengths
 from fsel.core.problem import Problem
 from fsel.evaluation.measuring import Run, picks_at, rng_by_name
 from fsel.evaluation.methods import METHODS
-from fsel.experiments.studies.hard_cases import Case, Finding, finite, quality, worlds
+from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, quality, worlds
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
 from fsel.selectors import pretrained, reference_loop
@@ -55,7 +55,7 @@ def rendered(problem: Problem) -> float:
 
 def run(
     problem: Problem, reference: Problem | None, k: int, exact: Exact | None, allowed: float
-) -> Finding:
+) -> CaseOutcome:
     """Every method, the learned ones against the reference, and a reconstruction."""
     for method in METHODS.values():
         every = len(problem.pool(method.pool))
@@ -68,7 +68,7 @@ def run(
         told += f", {change:+.3f} dB from the reference"
     if same < total or abs(change) > 0.02:
         error = np.inf
-    return Finding(told, max(error, exact(problem) if exact else 0.0), allowed)
+    return CaseOutcome(told, max(error, exact(problem) if exact else 0.0), allowed)
 
 
 def case(
@@ -83,7 +83,7 @@ def case(
 ) -> Case:
     """A case of `run`."""
 
-    def observe() -> Finding:
+    def observe() -> CaseOutcome:
         return run(make(), reference() if reference else None, k, exact, allowed)
 
     return Case(name, expected, observe)
@@ -153,7 +153,7 @@ def distinct_first(problem: Problem) -> float:
     return float(repeats)
 
 
-def loud() -> Finding:
+def loud() -> CaseOutcome:
     """Scores of 10^4: the compiled loop against the plain one."""
     problem = worlds.world()
     prepared, network = (
@@ -165,7 +165,7 @@ def loud() -> Finding:
     finite(got, want)
     same = int((rows == wanted).sum())
     error = float(np.abs(got / want - 1).max()) if same == K else np.inf
-    return Finding(f"{same} of {K} picks; scores to {np.abs(want).max():.2g}", error, 1e-9)
+    return CaseOutcome(f"{same} of {K} picks; scores to {np.abs(want).max():.2g}", error, 1e-9)
 
 
 SAME = "the picks of the plain float64 loop"
