@@ -19,6 +19,7 @@ from fsel.captures.colmap.undistortion import Lens, Lenses, common_frame
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.core.capture import Capture
+from fsel.core.files import atomic, mapped_array
 from fsel.core.geometry import check_poses, rigid
 from fsel.core.names import natural
 
@@ -74,7 +75,7 @@ def ingest(
 
 
 def in_order(raw: RawCapture, source: str) -> RawCapture:
-    """The frames in natural order of their names, with poses that are rotations.
+    """Return the frames in natural order of their names, with poses that are rotations.
 
     Raises:
         ValueError: for no frames, two of one name, no poses, one that is no rotation, or an empty
@@ -148,15 +149,33 @@ def _opened(
             mask = image_files.load_mask(file, raw.mask_values)
             yield lens_for(file, i, mask).straighten_mask(mask)
 
-    images = image_files.stacked(straight(), count, store and store / "images.npy")
+    images = _stacked(straight(), count, store and store / "images.npy")
     if not raw.masks:
         return images, np.array(intrinsics), None
-    masks = image_files.stacked(straight_masks(), count, store and store / "masks.npy")
+    masks = _stacked(straight_masks(), count, store and store / "masks.npy")
     return images, np.array(intrinsics), masks
 
 
+def _stacked(items: Iterator[np.ndarray], count: int, path: Path | None) -> np.ndarray:
+    """Return `count` arrays of one shape and type as one: in memory, or a map of a .npy file.
+
+    On disk they are appended, so that memory holds one of them whatever their number.
+    """
+    if path is None:
+        return np.stack(list(items))
+    with atomic(path) as partial, partial.open("wb") as file:
+        for item in items:
+            if not file.tell():
+                descr = np.lib.format.dtype_to_descr(item.dtype)
+                shape = (count, *item.shape)
+                header = {"descr": descr, "fortran_order": False, "shape": shape}
+                np.lib.format.write_array_header_1_0(file, header)
+            file.write(np.ascontiguousarray(item).data)
+    return mapped_array(path)
+
+
 def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | None:
-    """The size that images of cameras of several shapes are cropped to."""
+    """Return the size that images of cameras of several shapes are cropped to."""
     frame = common_frame(raw.cameras, long_side)
     if frame is not None:
         log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
@@ -164,7 +183,7 @@ def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | No
 
 
 def _unopened(raw: RawCapture, source: str, long_side: int) -> tuple[np.ndarray, np.ndarray]:
-    """A lazy stack of images, and intrinsics at the size that the cameras state."""
+    """Return a lazy stack of images, and intrinsics at the size that the cameras state."""
     frame, known = _frame(raw, source, long_side), {}
     for camera in dict.fromkeys(raw.cameras):
         lens = Lens(camera, (camera.width, camera.height), long_side, frame)
@@ -205,7 +224,7 @@ class LazyImages:
         return len(self._files)
 
     def __getitem__(self, rows) -> np.ndarray:
-        """(h, w, 3) for a number, (n, h, w, 3) for a slice or an array of numbers."""
+        """Return (h, w, 3) for a number, (n, h, w, 3) for a slice or an array of numbers."""
         numbers = np.arange(len(self))[rows]
         if numbers.ndim == 0:
             return self._open(int(numbers))

@@ -116,7 +116,7 @@ class LazyCapture:
 
 
 def open_images(opened: LazyCapture, frames: list[int], long_side: int) -> Capture:
-    """Some frames of an opened capture at another size, undistorted and opened when indexed."""
+    """Open some frames of a capture at another size, undistorted when indexed."""
     known = LAYOUTS[opened.layout]
     source = Path(opened.capture.source)
     return ingest(opened.raw.subset(frames), known, source, long_side, lazy=True)
@@ -166,7 +166,7 @@ def opened(
 
 
 def posed(name: str, raw: RawCapture) -> LazyCapture:
-    """A capture of poses and points alone; its images are not there."""
+    """Return a capture of poses and points alone; its images are not there."""
     source = f"the given {name}"
     raw = in_order(raw, source)
     size = (raw.cameras[0].width, raw.cameras[0].height)
@@ -179,5 +179,5 @@ def posed(name: str, raw: RawCapture) -> LazyCapture:
 
 
 def unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
-    """A capture whose files are not looked at again."""
+    """Return a capture whose files are not looked at again."""
     return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})

@@ -50,14 +50,14 @@ class Ingestion:
 
 
 def recognise(folder: str | Path) -> list[str]:
-    """Names of the layouts that a folder looks like, the most particular first."""
+    """Return the names of the layouts that a folder looks like, the most particular first."""
     return [layout.name for layout in LAYOUTS.values() if layout.recognises(Path(folder))]
 
 
 def read_raw(
     path: str | Path, layout: str = "auto", reading: dict | None = None
 ) -> tuple[Layout, RawCapture]:
-    """Layout and raw capture of a folder, before images are opened; see `read_folder`."""
+    """Return layout and raw capture of a folder, before images are opened; see `read_folder`."""
     known = _layout_of(Path(path), layout)
     for key in reading or {}:
         if key not in known.options:
@@ -200,7 +200,7 @@ def validated(
     *,
     skip_unreadable: bool = False,
 ) -> tuple[RawCapture, Agreement]:
-    """A capture's frames in natural order, and how well their parts agree.
+    """Return a capture's frames in natural order, and how well their parts agree.
 
     Every image's header is read. Pixels are decoded only where poses have no points to agree with,
     or where `skip_unreadable` asks which can be.
@@ -227,7 +227,7 @@ def validated(
 
 
 def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
-    """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
+    """Return (m,) int64 frames, evenly drawn if many, and what the files say of them."""
     drawn = evenly(len(raw.names), SAMPLE)
     return drawn, raw.subset(drawn.tolist())
 
@@ -286,7 +286,7 @@ def check_images(raw: RawCapture, long_side: int) -> None:
 
 
 def _agreeing(raw: RawCapture, source: str, bound: float) -> Agreement:
-    """Agreement of the parts, refused where it is too poor."""
+    """Return the agreement of the parts, refused where it is too poor."""
     agreement = measure(sample(raw)[1], bound)
     if agreement.share > bound:
         raise ValueError(

@@ -76,12 +76,12 @@ class Estimator(Program):
 
 
 def named(features: str) -> str:
-    """Name of COLMAP with features."""
+    """Return the name of COLMAP with features."""
     return OWN if features == "sift" else f"{OWN} with {features}"
 
 
 def source_of(poses: str | Mapping[str, Any], model: str) -> str:
-    """Name of a source of poses for tables: `poses` and `model` of a configuration."""
+    """Return the name of a source of poses for tables: `poses` and `model` of a configuration."""
     if isinstance(poses, str):
         return {"layout": "as distributed", "colmap": OWN, "file": model}[poses]
     if "features" in poses:
@@ -90,12 +90,12 @@ def source_of(poses: str | Mapping[str, Any], model: str) -> str:
 
 
 def found_by(report: Mapping[str, Any]) -> str:
-    """Name of what placed the frames of a `poses.json`."""
+    """Return the name of what placed the frames of a `poses.json`."""
     return str(report.get("by", OWN))
 
 
 def checked(poses: Mapping[str, Any], devices: bool = True) -> Estimator:
-    """The program of a configuration's `poses`.
+    """Return the program of a configuration's `poses`.
 
     Args:
         poses: fields of `Estimator`.

@@ -34,7 +34,7 @@ _TURNED = (
 
 
 def cause(database: Path) -> str:
-    """Cause and hint in words; empty where the database tells none.
+    """Return the cause and hint in words; empty where the database tells none.
 
     Args:
         database: of COLMAP, with features and verified matches.
@@ -69,7 +69,7 @@ def _far(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _left(one: np.ndarray, other: np.ndarray) -> float:
-    """Largest difference of 90 % of the matches from a move of the picture as a whole."""
+    """Return largest difference of 90 % of the matches from a move of the picture as a whole."""
     similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
     moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
     return float(np.percentile(np.hypot(*(moved - other).T), 90))

@@ -133,7 +133,7 @@ def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
 
 
 def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:
-    """(m, D) float32 of an image: a network's descriptors, or the square roots of SIFT's.
+    """Return (m, D) float32 of an image: a network's descriptors, or the square roots of SIFT's.
 
     Roots make distances those of distributions (Arandjelovic and Zisserman 2012).
     """
@@ -152,6 +152,6 @@ def _seen(stored: pycolmap.Database, key: int) -> Seen:
 
 
 def _keys(stored: pycolmap.Database, names: Iterable[str]) -> dict[str, int]:
-    """Name -> number in the database of those of some images that are there."""
+    """Return the name -> number in the database of those of some images that are there."""
     wanted = set(names)
     return {i.name: i.image_id for i in stored.read_all_images() if i.name in wanted}

@@ -26,12 +26,12 @@ Pairs = list[tuple[int, int]]
 
 
 def every_pair(count: int) -> Pairs:
-    """All (i, j), i < j."""
+    """Return all (i, j), i < j."""
     return [(i, j) for i in range(count) for j in range(i + 1, count)]
 
 
 def in_sequence(count: int) -> Pairs:
-    """(i, j), i < j: neighbours, and images 16, 32, 64, ... ahead."""
+    """Return (i, j), i < j: neighbours, and images 16, 32, 64, ... ahead."""
     steps = [*range(1, OVERLAP + 1)]
     while steps[-1] * 2 < count:
         steps.append(2 ** int(np.log2(steps[-1]) + 1))
@@ -39,7 +39,7 @@ def in_sequence(count: int) -> Pairs:
 
 
 def alike(described: np.ndarray, known: Pairs) -> Pairs:
-    """(i, j), i < j, of each image and those most like it that no known pair joins it with.
+    """Return (i, j), i < j, of each image and those most like it that no known pair joins it with.
 
     Args:
         described: (n, D) unit vectors.
@@ -60,7 +60,7 @@ def alike(described: np.ndarray, known: Pairs) -> Pairs:
 
 
 def described(database: Path, names: Sequence[str]) -> np.ndarray:
-    """(n, 32 * D) float32 unit vectors of the images whose features a database holds.
+    """Return (n, 32 * D) float32 unit vectors of the images whose features a database holds.
 
     Args:
         database: of COLMAP, with descriptors of D values.

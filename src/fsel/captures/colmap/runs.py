@@ -73,7 +73,7 @@ class Work:
 
     @contextmanager
     def place(self) -> Iterator[Path]:
-        """The folder to work in."""
+        """Yield the folder to work in."""
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
             yield self.folder
@@ -83,7 +83,7 @@ class Work:
 
 
 def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
-    """Settings of a configuration's `poses`, where they are no word.
+    """Return the settings of a configuration's `poses`, where they are no word.
 
     Args:
         poses: fields of `Estimator`, or `features` for COLMAP.
@@ -103,7 +103,7 @@ def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
 
 
 def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Part]) -> list[str]:
-    """The images under plain names: links to files, copies of frames of a video."""
+    """Return the images under plain names: links to files, copies of frames of a video."""
     folder.mkdir(exist_ok=True)
     names = []
     known = [f"{at:02d}_{i:06d}" for at, part in enumerate(parts) for i in part.numbers]
@@ -122,7 +122,7 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 def extract(
     database: Path, folder: Path, names: Sequence[str], work: Work, *, camera_each: bool = False
 ) -> None:
-    """Features of the images that the database does not have yet.
+    """Return features of the images that the database does not have yet.
 
     Args:
         database: made when it is not there.
@@ -163,7 +163,7 @@ def extract(
 
 
 def _size(path: Path) -> Size:
-    """(width, height); (0, 0) of an image that cannot be read, for COLMAP to pass over."""
+    """Return (width, height); (0, 0) of an image that cannot be read, for COLMAP to pass over."""
     try:
         return image_files.size_of(path)
     except ValueError:
@@ -185,13 +185,13 @@ def _contrast(path: Path) -> float:
 
 
 def _part_of(name: str) -> str:
-    """The part that a name of `linked` tells; empty where there are no parts."""
+    """Return the part that a name of `linked` tells; empty where there are no parts."""
     part, between, _ = name.partition("_")
     return part if between else ""
 
 
 def _camera_of(database: Path, part: str, size: Size) -> int | None:
-    """The camera of the images of a part and a (width, height), where one was stored."""
+    """Return the camera of the images of a part and a (width, height), where one was stored."""
     with pycolmap.Database.open(str(database)) as stored:
         alike = {c.camera_id for c in stored.read_all_cameras() if (c.width, c.height) == size}
         cameras = [i.camera_id for i in stored.read_all_images() if _part_of(i.name) == part]

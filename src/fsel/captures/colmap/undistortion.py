@@ -25,7 +25,7 @@ MASKED_OUT = 127  # of a mask's 0 and 255, after interpolation
 
 
 def straight(camera: Camera) -> Camera:
-    """The PINHOLE camera of equal size whose every pixel the distorted image covers.
+    """Return the PINHOLE camera of equal size whose every pixel the distorted image covers.
 
     It is COLMAP's undistorted camera with its image brought back to the original size, so that
     cameras that differ in distortion alone still give images of one size.
@@ -44,12 +44,12 @@ def straight(camera: Camera) -> Camera:
 
 
 def is_straight(camera: Camera) -> bool:
-    """Check whether images need no undistortion; a fisheye without coefficients does."""
+    """Return whether images need no undistortion; a fisheye without coefficients does."""
     return camera.colmap.is_undistorted() and "FISHEYE" not in camera.model
 
 
 def pinhole_of(model: pycolmap.Camera) -> tuple[float, ...]:
-    """Intrinsics fx, fy, cx, cy, of whatever model."""
+    """Return the intrinsics fx, fy, cx, cy, of whatever model."""
     k = model.calibration_matrix()
     return (k[0, 0], k[1, 1], k[0, 2], k[1, 2])
 
@@ -57,7 +57,7 @@ def pinhole_of(model: pycolmap.Camera) -> tuple[float, ...]:
 def undistortion_maps(
     camera: Camera, pinhole: Camera, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Maps from each pixel of a straight image to its place in the distorted one.
+    """Return maps from each pixel of a straight image to its place in the distorted one.
 
     Args:
         camera: of the distorted image, stated at its own size.
@@ -86,7 +86,7 @@ def undistortion_maps(
 
 
 def working_size(camera: Camera, size: tuple[int, int], long_side: int) -> tuple[int, int]:
-    """(width, height) that an image is brought to.
+    """Return (width, height) that an image is brought to.
 
     Args:
         camera: at the size that the dataset states.
@@ -175,7 +175,7 @@ class Lens:
         self.size = (int(frame[0]), int(frame[1]))
 
     def straighten(self, image: np.ndarray, border: int = cv2.BORDER_REPLICATE) -> np.ndarray:
-        """The undistorted (h, w) or (h, w, 3) uint8 image, reduced by area means."""
+        """Return the undistorted (h, w) or (h, w, 3) uint8 image, reduced by area means."""
         if self._maps is not None:
             image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=border)
         image = image[self._window]
@@ -184,7 +184,7 @@ class Lens:
         return cv2.resize(image, self.size, interpolation=cv2.INTER_AREA)
 
     def straighten_mask(self, mask: np.ndarray) -> np.ndarray:
-        """The same for a (h, w) bool mask; what the image does not show is masked out."""
+        """Return the same for a (h, w) bool mask; what the image does not show is masked out."""
         grey = self.straighten(mask.astype(np.uint8) * 255, cv2.BORDER_CONSTANT)
         return grey > MASKED_OUT
 

@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, BinaryIO
 import cv2
 import numpy as np
 
-from fsel.core.files import atomic, mapped_array
-
 if TYPE_CHECKING:
     from PIL.Image import Image as Photo
 
@@ -301,21 +299,3 @@ def write_photo(file: Path, place: Path, *, upright: bool) -> None:
         del exif[ORIENTATION]
     image = image.convert("RGB") if is_heic(file) else image
     image.save(place, quality=QUALITY, exif=exif)
-
-
-def stacked(items: Iterator[np.ndarray], count: int, path: Path | None) -> np.ndarray:
-    """Return `count` arrays of one shape and type as one: in memory, or a map of a .npy file.
-
-    On disk they are appended, so that memory holds one of them whatever their number.
-    """
-    if path is None:
-        return np.stack(list(items))
-    with atomic(path) as partial, partial.open("wb") as file:
-        for item in items:
-            if not file.tell():
-                descr = np.lib.format.dtype_to_descr(item.dtype)
-                shape = (count, *item.shape)
-                header = {"descr": descr, "fortran_order": False, "shape": shape}
-                np.lib.format.write_array_header_1_0(file, header)
-            file.write(np.ascontiguousarray(item).data)
-    return mapped_array(path)

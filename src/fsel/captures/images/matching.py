@@ -20,7 +20,7 @@ FOCAL_RANGE = (0.3, 3.0)  # focal length over image width
 def choose_pairs(
     world_to_camera: np.ndarray, count: int, partners: int = 1
 ) -> list[tuple[int, int]]:
-    """Pairs of frames that look the same way from apart, spread evenly over the capture.
+    """Return pairs of frames that look the same way from apart, spread evenly over the capture.
 
     Args:
         world_to_camera: (N, 3, 4).
@@ -46,7 +46,7 @@ def choose_pairs(
 
 
 def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Matching pixels of two images that agree with one fundamental matrix, whatever it is.
+    """Return matching pixels of two images that agree with one fundamental matrix, whatever it is.
 
     Args:
         first, second: (h, w, 3) uint8.
@@ -122,7 +122,7 @@ def _matrix(k: np.ndarray) -> np.ndarray:
 def focal_from_poses(
     matches: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], size: tuple[int, int]
 ) -> float:
-    """Focal length that lays matches onto the epipolar lines of known poses, centre assumed.
+    """Return focal length that lays matches onto the epipolar lines of known poses, centre assumed.
 
     Args:
         matches: (xa, xb, pose_a, pose_b) of each pair.

@@ -26,12 +26,12 @@ Progress = Callable[[Iterable, int], Iterable]
 
 
 def in_silence(items: Iterable, count: int) -> Iterable:
-    """The progress that shows nothing."""
+    """Return the progress that shows nothing."""
     return items
 
 
 def sharpness(images: np.ndarray) -> np.ndarray:
-    """Variance of the four-neighbour Laplacian of each image's luma, in float64.
+    """Return the variance of the four-neighbour Laplacian of each image's luma, in float64.
 
     Args:
         images: (N, h, w, 3) uint8 RGB.
@@ -43,7 +43,7 @@ def sharpness(images: np.ndarray) -> np.ndarray:
 
 
 def variance_of_laplacian(grey: np.ndarray) -> float:
-    """Sharpness of one (h, w) grey image, uint8 or float64."""
+    """Return the sharpness of one (h, w) grey image, uint8 or float64."""
     return float(cv2.Laplacian(grey, cv2.CV_64F).var())
 
 
@@ -75,12 +75,12 @@ def sharpness_of_files(
 def sharpness_among(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Measurement of some files by their numbers; see `sharpness_of_files`."""
+    """Return the measurement of some files by their numbers; see `sharpness_of_files`."""
     return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
 
 
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
-    """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
+    """Return JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
 
     None for an image that cannot be decoded.
     """
@@ -108,7 +108,7 @@ def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
 
 
 def reduced(image: np.ndarray, side: int) -> np.ndarray:
-    """An (h, w, 3) uint8 image whose longer side has `side` pixels, or as many as it has."""
+    """Return an (h, w, 3) uint8 image whose longer side has `side` pixels, or as many as it has."""
     scale = min(1.0, side / max(image.shape[:2]))
     size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
     return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
@@ -131,7 +131,7 @@ def in_turn(
     files: Sequence[image_files.Image],
     progress: Progress = in_silence,
 ) -> list:
-    """Results of work on the number of every file, in order.
+    """Return the results of work on the number of every file, in order.
 
     Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
     video one after the other, since reading backwards starts it again. An error or an interruption

@@ -52,7 +52,7 @@ class SampledFrame:
 
 
 def is_video(path: Path) -> bool:
-    """Check whether a path is a file with a video's ending."""
+    """Return whether a path is a file with a video's ending."""
     return path.suffix.lower() in ENDINGS and path.is_file()
 
 
@@ -76,7 +76,7 @@ class Sampling:
         return self.frames is None and self.rate is None
 
     def pace(self, path: Path) -> float:
-        """Frames a second of a video.
+        """Return frames a second of a video.
 
         Raises:
             ValueError: when the file cannot be read as a video.
@@ -146,7 +146,7 @@ def _opened(path: Path) -> cv2.VideoCapture:
 
 
 def is_panorama(image: np.ndarray) -> bool:
-    """Check whether an (h, w, 3) image shows all directions: 2:1, and its ends join up."""
+    """Return whether an (h, w, 3) image shows all directions: 2:1, and its ends join up."""
     height, width = image.shape[:2]
     if width != 2 * height:
         return False
@@ -159,7 +159,7 @@ def is_panorama(image: np.ndarray) -> bool:
 def _shots(
     film: cv2.VideoCapture, per_second: float, within: Spans
 ) -> Iterator[tuple[SampledFrame, np.ndarray]]:
-    """Frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
+    """Yield frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
     index, last = 0, -1.0
     while film.grab():
         seconds = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
@@ -217,7 +217,7 @@ def _writer(path: Path, rate: int, size: tuple[int, int]) -> cv2.VideoWriter:
 
 
 def captioned(image: np.ndarray, caption: str) -> np.ndarray:
-    """An (h, w, 3) uint8 RGB image below a white bar with a caption."""
+    """Return an (h, w, 3) uint8 RGB image below a white bar with a caption."""
     scale = max(image.shape[1] / 480, 0.5)
     bar = np.full((round(BAR * scale), image.shape[1], 3), 255, np.uint8)
     place = (round(6 * scale), round((BAR - 10) * scale))
@@ -228,5 +228,5 @@ def captioned(image: np.ndarray, caption: str) -> np.ndarray:
 
 
 def levels(image: np.ndarray) -> np.ndarray:
-    """Levels 0..255, uint8, of an image in [0, 1]."""
+    """Return levels 0..255, uint8, of an image in [0, 1]."""
     return np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8)

@@ -22,7 +22,7 @@ ISOTROPIC, PER_AXIS = "ndc_isotropic", "ndc_norm_image_bounds"
 
 
 def recognises(folder: Path) -> bool:
-    """A sequence beside its category's annotations, or a dataset of one sequence."""
+    """Look for a category's annotations beside a sequence, or in a dataset of one sequence."""
     return _annotations(folder) is not None
 
 
@@ -91,7 +91,7 @@ def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]
 
 
 def _read_list(path: Path) -> list[dict]:
-    """A gzipped JSON list."""
+    """Return a gzipped JSON list."""
     try:
         content = json.loads(gzip.decompress(regular(path).read_bytes()))
     except (OSError, EOFError, ValueError, RecursionError, zlib.error) as error:
@@ -114,7 +114,7 @@ def _check_quality(path: Path, name: str, least: float) -> None:
 
 
 def _pose(frame: dict, path: Path) -> np.ndarray:
-    """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
+    """Return the world-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
     viewpoint = frame["viewpoint"]
     rotation = (numbers(member(viewpoint, "R", path), (3, 3), path, "viewpoint.R") * AXES).T
     translation = numbers(member(viewpoint, "T", path), (3,), path, "viewpoint.T") * AXES
@@ -122,7 +122,7 @@ def _pose(frame: dict, path: Path) -> np.ndarray:
 
 
 def _camera(frame: dict, path: Path) -> Camera:
-    """Pixels from NDC; the annotation's size is (height, width)."""
+    """Return the pixels from NDC; the annotation's size is (height, width)."""
     size = numbers(frame["image"].get("size"), (2,), path, "image.size")
     height, width = (int(number(length, path, "image.size")) for length in size)
     viewpoint = frame["viewpoint"]

@@ -24,7 +24,7 @@ IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
 
 
 def find_model(folder: Path) -> Path | None:
-    """The folder of the COLMAP model inside a capture, or None."""
+    """Return the folder of the COLMAP model inside a capture, or None."""
     for candidate in MODEL_FOLDERS:
         model = folder / candidate
         if any((model / f"images.{ending}").is_file() for ending in ("bin", "txt")):
@@ -33,7 +33,7 @@ def find_model(folder: Path) -> Path | None:
 
 
 def find_images(folder: Path) -> Path:
-    """The folder that holds the images."""
+    """Return the folder that holds the images."""
     for candidate in IMAGE_FOLDERS:
         if (folder / candidate).is_dir():
             return folder / candidate
@@ -102,7 +102,7 @@ def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None
 
 
 def read(folder: Path) -> RawCapture:
-    """A capture with `sparse/0` (or a sibling) and `images`; masks from `masks`."""
+    """Read a capture with `sparse/0` (or a sibling) and `images`; masks from `masks`."""
     model = find_model(folder)
     if model is None:
         allowed = ", ".join(MODEL_FOLDERS)
@@ -121,7 +121,7 @@ def _mask(folder: Path, name: str) -> Path:
 
 
 def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Path) -> RawCapture:
-    """A raw capture of a loaded model whose image names lie below `images`."""
+    """Return a raw capture of a loaded model whose image names lie below `images`."""
     posed = sorted(
         (image for image in reconstruction.images.values() if image.has_pose),
         key=lambda image: image.name,
@@ -180,7 +180,7 @@ def with_points(raw: RawCapture, model: Path) -> RawCapture:
 
 
 def _points_beside(raw: RawCapture, model: Path, frames: tuple[int, ...]) -> RawPoints | None:
-    """Points of a model; observations of cameras of another size are brought to `raw`'s."""
+    """Return points of a model; observations of cameras of another size are brought to `raw`'s."""
     reconstruction = load_model(model)
     rows = matched(raw.names, [image.name for image in reconstruction.images.values()])
     position = {row: at for at, row in enumerate(frames)}
@@ -197,7 +197,7 @@ def _points_beside(raw: RawCapture, model: Path, frames: tuple[int, ...]) -> Raw
 
 
 def build_model(recording: Recording, camera: Camera, names: list[str], keep: np.ndarray):
-    """A pycolmap model of a recording's kept frames, its observations scaled to `camera`."""
+    """Return a pycolmap model of a recording's kept frames, its observations scaled to `camera`."""
     scale = camera.width / recording.camera.width
     kept = np.flatnonzero(keep).tolist()
     seen = grouped_rows(recording.track_frame, len(names))

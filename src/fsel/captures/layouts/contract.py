@@ -85,7 +85,7 @@ class RawCapture:
     dropped: dict[str, str] = field(default_factory=dict)
 
     def sparse(self) -> RawPoints | None:
-        """The sparse points, read now."""
+        """Return the sparse points, read now."""
         return self.points(tuple(range(len(self.names)))) if self.points else None
 
     def projected(self, frame: int, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,7 +98,7 @@ class RawCapture:
         return ahead, np.asarray(self.cameras[frame].colmap.img_from_cam(local[ahead]))
 
     def subset(self, rows: list[int], reason: str = "") -> RawCapture:
-        """The frames at `rows`, in that order; the others are dropped for `reason`."""
+        """Return the frames at `rows`, in that order; the others are dropped for `reason`."""
         kept, points = set(rows), self.points
         gone = {name: reason for i, name in enumerate(self.names) if i not in kept}
         return replace(

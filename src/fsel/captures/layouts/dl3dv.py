@@ -41,13 +41,13 @@ def _root(folder: Path) -> Path | None:
 
 
 def recognises(folder: Path) -> bool:
-    """Downscaled images with transforms.json, or gaussian_splat alone."""
+    """Look for downscaled images with transforms.json, or gaussian_splat alone."""
     splats = (folder / SPLATS / "sparse" / "0").is_dir()
     return _root(folder) is not None or splats
 
 
 def read(folder: Path) -> RawCapture:
-    """Either distribution, `nerfstudio` where both ship; points from its colmap/sparse/0."""
+    """Read either distribution, `nerfstudio` where both ship; points from its colmap/sparse/0."""
     root = _root(folder)
     if root is None and (folder / SPLATS).is_dir():
         return colmap.read(folder / SPLATS)
@@ -64,7 +64,7 @@ def read(folder: Path) -> RawCapture:
 
 
 def frame_order(folder: Path) -> list[str]:
-    """Names of the images in the order of a scene's transforms.json.
+    """Return the names of the images in the order of a scene's transforms.json.
 
     Raises:
         FileNotFoundError: for a folder without it.
@@ -111,7 +111,7 @@ class Protocol:
 def read_protocol(
     file: str | Path, scene: str, folder: str | Path, names: Sequence[str]
 ) -> Protocol:
-    """The protocol of one scene.
+    """Return the protocol of one scene.
 
     Args:
         file: the list.
@@ -146,7 +146,7 @@ def read_protocol(
 def _rows(
     places: Sequence[int], order: Sequence[str], rows: dict[str, int], where: str
 ) -> np.ndarray:
-    """(n,) int64 ascending rows of the capture at some places of transforms.json."""
+    """Return (n,) int64 ascending rows of the capture at some places of transforms.json."""
     if wrong := [place for place in places if not 0 <= place < len(order)]:
         raise ValueError(f"{where}: places {wrong}; allowed: 0 to {len(order) - 1}")
     if missing := [order[place] for place in places if order[place] not in rows]:

@@ -23,7 +23,7 @@ def recognises(folder: Path) -> bool:
 
 
 def read(folder: Path) -> RawCapture:
-    """The smallest copy that ships of images_4, images_2, images; sizes from the images.
+    """Read the smallest copy that ships of images_4, images_2, images; sizes from the images.
 
     Copies may be named differently from `images`, whose names the model has: they are then paired
     in sorted order.

@@ -227,7 +227,7 @@ def _with_distortion(
 
 
 def intrinsics_of(camera: Camera) -> dict:
-    """The intrinsic keys of a camera of a model in `COEFFICIENTS`."""
+    """Return the intrinsic keys of a camera of a model in `COEFFICIENTS`."""
     simple = camera.model in SIMPLE
     params = (camera.params[0], *camera.params) if simple else camera.params
     keys = ("fl_x", "fl_y", "cx", "cy", *COEFFICIENTS[camera.model])
@@ -240,7 +240,7 @@ def intrinsics_of(camera: Camera) -> dict:
 
 
 def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
-    """A transform_matrix: camera to world, OpenGL axes, in the transformed world."""
+    """Return a transform_matrix: camera to world, OpenGL axes, in the transformed world."""
     matrix = np.eye(4)
     matrix[:3] = invert_pose(world_to_camera)
     matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV

@@ -21,7 +21,7 @@ GREY = 128  # of points without a colour
 def reader(
     path: Path, applied: np.ndarray | None, scale: float
 ) -> Callable[[tuple[int, ...]], RawPoints]:
-    """Reader of a file's points, once for whatever frames, in the world of COLMAP's poses.
+    """Return reader of a file's points, once for whatever frames, in the world of COLMAP's poses.
 
     Args:
         path: the file.
@@ -41,7 +41,7 @@ def reader(
 
 
 def read(path: Path) -> RawPoints:
-    """Positions and colours as the file states them, no tracks.
+    """Return the positions and colours as the file states them, no tracks.
 
     Raises:
         ValueError: naming the file, when it is missing, no `.ply`, or holds no finite points.
@@ -62,7 +62,7 @@ def read(path: Path) -> RawPoints:
 
 
 def _colours(vertices: np.ndarray) -> np.ndarray:
-    """(M, 3) uint8; colours that are no bytes count from 0 to 1."""
+    """Return (M, 3) uint8; colours that are no bytes count from 0 to 1."""
     if not set(COLOUR) <= set(vertices.dtype.names or ()):
         return np.full((len(vertices), 3), GREY, np.uint8)
     rgb = np.stack([vertices[name] for name in COLOUR], axis=1)

@@ -22,13 +22,13 @@ def recognises(folder: Path) -> bool:
 
 
 def _root(folder: Path) -> Path:
-    """The folder of the export."""
+    """Return the folder of the export."""
     inner = sorted(path.parent for path in folder.glob("*/color") if path.is_dir())
     return folder if (folder / "color").is_dir() or not inner else inner[0]
 
 
 def read(folder: Path, instance: int | None = None) -> RawCapture:
-    """Every colour frame that has a pose.
+    """Read every colour frame that has a pose.
 
     Args:
         folder: the scene.
@@ -66,12 +66,12 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
 
 
 def _tracked(pose: np.ndarray) -> bool:
-    """Check whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
+    """Return whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
     return bool(np.isfinite(pose).all()) and abs(np.linalg.det(pose[:3, :3]) - 1) < ORTHONORMAL
 
 
 def _camera(root: Path, file: Path) -> Camera:
-    """The colour camera; the export's pixel centres are at whole numbers."""
+    """Return the colour camera; the export's pixel centres are at whole numbers."""
     k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
     return Camera(
         "PINHOLE", *image_files.size_of(file), (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)

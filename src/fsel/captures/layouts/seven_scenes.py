@@ -91,7 +91,7 @@ def _sequences(folder: Path) -> list[str]:
 
 
 def _tracked(path: Path, pose_source: str) -> tuple[np.ndarray, float]:
-    """World-to-camera pose, not finite where tracking was lost, and focal length."""
+    """Return the world-to-camera pose, not finite where tracking was lost, and focal length."""
     pose = invert_pose(read_matrix(path))
     if pose_source == "original":
         return pose, DEPTH_FOCAL

@@ -24,12 +24,12 @@ ENDINGS = (".jpg", ".png")
 
 
 def recognises(folder: Path) -> bool:
-    """A .log of poses, or NeRF++'s folders; the 3DGS release is plain COLMAP."""
+    """Look for a .log of poses, or NeRF++'s folders; the 3DGS release is plain COLMAP."""
     return _log_file(folder) is not None or (folder / "train" / "intrinsics").is_dir()
 
 
 def read(folder: Path, focal: float | None = None) -> RawCapture:
-    """Whichever release lies there.
+    """Read whichever release lies there.
 
     Args:
         folder: the scene.
@@ -96,7 +96,7 @@ def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, di
 
 
 def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
-    """Focal length in pixels from matches of some pairs."""
+    """Return the focal length in pixels from matches of some pairs."""
     matches, size = [], (0, 0)
     for i, j in choose_pairs(poses, PAIRS):
         first, second = image_files.load(files[i]), image_files.load(files[j])

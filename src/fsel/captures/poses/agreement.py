@@ -136,7 +136,7 @@ def matches_of(
 
 
 def epipolar_errors(raw: RawCapture, matches: list[tuple]) -> list[tuple[int, int, float]]:
-    """(i, j, median pixels) of matches' distances to the epipolar lines of the poses."""
+    """Return (i, j, median pixels) of matches' distances to the epipolar lines of the poses."""
     return [(one[0], one[1], float(np.median(_epipolar(raw, [one])))) for one in matches]
 
 
@@ -151,7 +151,7 @@ def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:
 
 
 def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
-    """The capture with each common mistake undone, and the mistake's name."""
+    """Yield the capture with each common mistake undone, and the mistake's name."""
     poses = raw.world_to_camera
     full = np.concatenate([poses, np.tile([[[0.0, 0, 0, 1]]], (len(poses), 1, 1))], axis=1)
     turned = np.array([OPENGL_TO_OPENCV @ pose for pose in poses])

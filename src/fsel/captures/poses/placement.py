@@ -144,7 +144,7 @@ def _lost(source: Source, taken: SampledFrames, placed: set[str]) -> list[tuple[
 def _found(
     sources: Sequence[Source], taken: SampledFrames, raw: RawCapture, model: pycolmap.Reconstruction
 ) -> dict:
-    """Content of `poses.json`."""
+    """Return the content of `poses.json`."""
     placed = {image.name for image in model.images.values()}
     films = [source for source in sources if source.filmed]
     lost = [
@@ -199,7 +199,7 @@ def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
 
 
 def apart(first: np.ndarray, other: np.ndarray) -> float:
-    """Median over pairs of frames of the degrees between their turns in two worlds.
+    """Return the median over pairs of frames of the degrees between their turns in two worlds.
 
     Args:
         first, other: (n, 3, 3) rotations of the same two frames or more, world to camera.
@@ -211,7 +211,7 @@ def apart(first: np.ndarray, other: np.ndarray) -> float:
 
 
 def doubt(found: dict) -> str:
-    """Sentence on poses that are not sure; empty where they are."""
+    """Return a sentence on poses that are not sure; empty where they are."""
     again = found.get("repeated")
     if not again:
         return ""

@@ -54,7 +54,7 @@ class NotPlaced(ValueError):
 
 
 def triangulate(capture: Capture) -> SparsePoints | None:
-    """Sparse points from SIFT matches of the capture's images and its known poses.
+    """Make sparse points from SIFT matches of the capture's images and its known poses.
 
     Args:
         capture: undistorted; matching wants some 600 to 1000 pixels.
@@ -85,7 +85,7 @@ def triangulate(capture: Capture) -> SparsePoints | None:
 
 
 def neighbours(capture: Capture) -> list[tuple[int, int]]:
-    """Pairs (i, j), i < j, of each frame and those of the nearest that look its way.
+    """Return pairs (i, j), i < j, of each frame and those of the nearest that look its way.
 
     At most 12 a frame, from the 48 nearest, whose axes are within 60 degrees of its own.
     """
@@ -103,7 +103,7 @@ def neighbours(capture: Capture) -> list[tuple[int, int]]:
 
 
 def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
-    """A model of the capture's poses without points, numbered as the database is.
+    """Return a model of the capture's poses without points, numbered as the database is.
 
     The database's cameras, guessed from the images, are given the known intrinsics.
     """
@@ -175,7 +175,7 @@ def _mapped(
     work: Work,
     start: pycolmap.Reconstruction | None,
 ) -> list[pycolmap.Reconstruction]:
-    """The models that COLMAP's incremental mapper builds in a folder."""
+    """Return the models that COLMAP's incremental mapper builds in a folder."""
     database = folder / DATABASE
     said = f"COLMAP cannot place its {len(names)} frames"
     extract(database, folder / "images", names, work)
@@ -196,7 +196,7 @@ def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) ->
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
-    """The capture's images with another model's poses, cameras and points, matched by name.
+    """Return the capture's images with another model's poses, cameras and points, matched by name.
 
     Args:
         raw: whose own poses are put aside.

@@ -109,7 +109,7 @@ def sharpness(cells: Cells) -> np.ndarray:
 
 
 def _means(values: np.ndarray) -> np.ndarray:
-    """(gh, gw) means of the whole cells of (h, w) values."""
+    """Return (gh, gw) means of the whole cells of (h, w) values."""
     height, width = (n // CELL for n in values.shape)
     if not height * width:
         return np.zeros((height, width), np.float32)
@@ -130,13 +130,13 @@ def _spread(weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.nda
 
 
 def _padded(values: np.ndarray) -> np.ndarray:
-    """(..., GRID, GRID) the cells in the corner of a full grid."""
+    """Return (..., GRID, GRID) the cells in the corner of a full grid."""
     out = np.zeros((*values.shape[:-2], GRID, GRID), np.float32)
     out[..., : values.shape[-2], : values.shape[-1]] = values
     return out
 
 
 def _brightest(image: np.ndarray) -> np.ndarray:
-    """(h, w) the greatest channel of an (h, w, 3) image; NumPy's takes ten times as long."""
+    """Return (h, w) the greatest channel of an (h, w, 3) image; NumPy's takes ten times as long."""
     red, green, blue = cv2.split(image)
     return cv2.max(cv2.max(red, green), blue)

@@ -85,7 +85,7 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 
 
 def _mismatched(raw: RawCapture, progress: Progress) -> list[Finding]:
-    """Frames whose poses contradict their matches with others."""
+    """Return frames whose poses contradict their matches with others."""
     pairs = choose_pairs(raw.world_to_camera, len(raw.names), PARTNERS)
     matches = list(matches_of(raw, pairs, progress))
     side = max((max(one[6]) for one in matches), default=0)
@@ -106,7 +106,7 @@ def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
 
 
 def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
-    """Frames that show the same as the one before them, of those of one shape."""
+    """Return frames that show the same as the one before them, of those of one shape."""
     what, moved = "of the image's side moved since the frame before", np.full(len(small), np.inf)
     for shape in {image.shape for image in small if image.size > 1}:
         rows = [at for at, image in enumerate(small) if image.shape == shape]
@@ -116,7 +116,7 @@ def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
 
 
 def _unreadable(sides: np.ndarray) -> list[Finding]:
-    """Frames whose image no decoder takes."""
+    """Return frames whose image no decoder takes."""
     return exceeding(findings.UNREADABLE, (sides == 1) * 1.0, 0.0, "image that no decoder takes")
 
 
@@ -163,7 +163,7 @@ class _Placed:
         return found + exceeding(findings.MISPLACED, off, 1.0, OFF_PATH)
 
     def shown(self, frame: int, staying: np.ndarray) -> bool:
-        """Check whether frames show a frame's points or, without any, are near its pose."""
+        """Return whether frames show a frame's points or, without any, are near its pose."""
         if not len(self.rows[frame]):
             return bool(staying[self.near[frame]].any())
         points = self.points
@@ -199,7 +199,7 @@ class _Pictured:
             self.gains, self.colors = photometry.gains_beside(cells, placed.near), np.empty((0, 3))
 
     def blurred(self) -> list[Finding]:
-        """Frames with less detail than they should have, by three references."""
+        """Return frames with less detail than they should have, by three references."""
         detail = sharpness(self.cells)
         by = {
             "the frames beside it": (
@@ -235,7 +235,7 @@ class _Pictured:
         ]
 
     def covered(self, others: list[Finding]) -> list[Finding]:
-        """Frames whose middle is hidden, but those that are known to be misplaced."""
+        """Return frames whose middle is hidden, but those that are known to be misplaced."""
         share = np.array([self._hidden(frame) for frame in range(len(self.rows))])
         share[[one.frame for one in others]] = np.nan
         what = "of the points expected in its middle hidden"
@@ -258,7 +258,7 @@ class _Pictured:
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:
-    """Observations of the points in the longest tracks of each frame."""
+    """Return the observations of the points in the longest tracks of each frame."""
     length = np.bincount(points.track_point, minlength=len(points.xyz))
     chosen = np.zeros(len(points.xyz), bool)
     for row in rows:

@@ -63,7 +63,7 @@ class Health:
         return [finding for finding in self.findings if finding.frame == frame]
 
     def of_kind(self, kind: str) -> np.ndarray:
-        """(n,) int64 frames that something is wrong with."""
+        """Return (n,) int64 frames that something is wrong with."""
         return np.unique([f.frame for f in self.findings if f.kind == kind]).astype(np.int64)
 
     def leaving_out(self, frames: np.ndarray, most: int) -> Health:
@@ -75,7 +75,7 @@ class Health:
 def exceeding(
     kind: str, values: np.ndarray, threshold: float | np.ndarray, measure: str
 ) -> list[Finding]:
-    """Findings of one kind: a frame each whose value is above the threshold, none for NaN."""
+    """Return a finding for each frame whose value is above the threshold, none for NaN."""
     limits = np.broadcast_to(threshold, values.shape)
     rows = np.flatnonzero(values > limits)
     return [Finding(int(i), kind, float(values[i]), float(limits[i]), measure) for i in rows]
@@ -84,7 +84,7 @@ def exceeding(
 def left_out(
     findings: tuple[Finding, ...], count: int, shown: Callable[[int, np.ndarray], bool]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bad frames, and those of them that alone show a part of the scene.
+    """Return bad frames, and those of them that alone show a part of the scene.
 
     Of bad frames that show a part which no good one does, the least bad stays. Frames that are
     misplaced or unreadable never do.

@@ -51,7 +51,7 @@ def blur_in_capture(sharpness: np.ndarray) -> np.ndarray:
 def blur_at_points(
     cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
 ) -> np.ndarray:
-    """Times that the places of a frame's points show as much detail in the sharpest frames.
+    """Return times that the places of a frame's points show as much detail in the sharpest frames.
 
     A place's reference is what it shows in the sharpest tenth of the frames that see it, and a
     frame's value the median over its places. Noise raises the reference of every place, so the
@@ -86,7 +86,7 @@ def blur_at_points(
 def gains_at_points(
     cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gain of each frame's channels over the other frames that see the same points.
+    """Return the gain of each frame's channels over the other frames that see the same points.
 
     The logarithm of a color is a point's plus a frame's, fitted by medians in turn (Tukey's median
     polish, 1977).
@@ -115,7 +115,7 @@ def gains_at_points(
 
 
 def gains_beside(cells: Cells, near: np.ndarray) -> np.ndarray:
-    """(N, 3) the same over the (N, m) frames beside each, by the color of whole images."""
+    """Return (N, 3) the same over the (N, m) frames beside each, by the color of whole images."""
     known = cells.color > 0
     total, size = (np.where(known, x, 0).sum(axis=(2, 3)) for x in (cells.color, known))
     color = np.ma.log(np.ma.masked_equal(total, 0) / np.maximum(size, 1))
@@ -140,7 +140,7 @@ def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, flo
 
 
 def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) -> float:
-    """Share of the points expected in a frame's middle that something hides.
+    """Return the share of the points expected in a frame's middle that something hides.
 
     Points are not found in blurred frames either, nor where the view is another, but then the
     colors of their surroundings still go with those expected.
@@ -164,7 +164,7 @@ def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) 
 
 
 def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """(n,) bool, which of (n, 2) pixels lie in the middle of an image of (width, height)."""
+    """Return (n,) bool, which of (n, 2) pixels lie in the middle of an image of (width, height)."""
     half = np.array(size) / 2
     return np.all(np.abs(pixels - half) < MIDDLE * half, axis=1)
 
@@ -182,7 +182,7 @@ def duplicates(thumbnails: np.ndarray) -> np.ndarray:
 
 
 def movements(thumbnails: np.ndarray) -> np.ndarray:
-    """Movement of each frame of a sequence since the last one that moved, see `moved`.
+    """Return the movement of each frame of a sequence since the last one that moved, see `moved`.
 
     A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
 
@@ -202,7 +202,7 @@ def movements(thumbnails: np.ndarray) -> np.ndarray:
 
 
 def moved(first: np.ndarray, second: np.ndarray) -> float:
-    """Distance that the content of (h, w) grey images moved between two.
+    """Return the distance that the content of (h, w) grey images moved between two.
 
     The root of the mean squared difference over that of the gradient along a direction: the optical
     flow constraint (Horn and Schunck, 1981) for one motion of the whole image. Brightness and
@@ -220,7 +220,7 @@ def moved(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def _evened(image: np.ndarray) -> np.ndarray:
-    """The image with a mean of 0 and a variance of 1; zeros for a blank one."""
+    """Return the image with a mean of 0 and a variance of 1; zeros for a blank one."""
     centred = image - image.mean(dtype=np.float64)
     spread = centred.std()
     return centred / spread if spread > 1e-9 * np.abs(image).max(initial=1) else 0 * centred

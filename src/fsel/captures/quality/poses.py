@@ -21,7 +21,7 @@ PART = (0.5 / FAR, 0.5)
 def reprojection(
     errors: np.ndarray, frame: np.ndarray, count: int, side: float
 ) -> tuple[np.ndarray, float, np.ndarray]:
-    """Median reprojection error of each frame, the largest that is usual, and its inliers.
+    """Return median reprojection error of each frame, the largest that is usual, and its inliers.
 
     Args:
         errors: (L,) pixels between observations and their points' projections; inf behind the
@@ -45,7 +45,7 @@ def reprojection(
 def epipolar(
     errors: list[tuple[int, int, float]], count: int, side: float
 ) -> tuple[np.ndarray, float]:
-    """Epipolar error of each frame, that of its best pair, and the largest that is usual.
+    """Return epipolar error of each frame, that of its best pair, and the largest that is usual.
 
     A frame that is misplaced agrees with no other; another that was matched with it agrees with
     its other partner.
@@ -66,7 +66,7 @@ def epipolar(
 
 
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
-    """Distances of frames from the path of those beside them, over the allowed distance.
+    """Return the distances of frames from the path of those beside them, over the allowed distance.
 
     A frame is predicted from pairs of frames before, after and around it, linearly; the prediction
     that comes nearest counts, so that a frame beside one that jumps does not jump itself.
@@ -90,7 +90,7 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
 
 
 def _limit(errors: np.ndarray, side: float) -> float:
-    """The largest error that is usual, in pixels."""
+    """Return the largest error that is usual, in pixels."""
     return max(TIMES * float(np.median(errors)) if len(errors) else 0.0, LEAST_ERROR * side)
 
 
