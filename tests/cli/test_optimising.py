@@ -244,29 +244,6 @@ def test_views_without_truth_are_rendered_and_not_scored(capture, ply, tmp_path)
     assert sorted(p.name for p in (out / "renders").iterdir()) == ["view_000.png", "view_001.png"]
 
 
-def test_what_is_no_model_is_refused_by_the_name_of_its_file(capture, tmp_path, capsys):
-    for name, content in {"text.ply": "no model", "cloud.ply": CLOUD}.items():
-        (tmp_path / name).write_text(content)
-        asked = [tmp_path / name, "--capture", capture, "--targets", "every:8"]
-        assert run("render", *asked, "-o", tmp_path / "out") == 1
-        assert f"{name}: no " in capsys.readouterr().err
-    asked = [tmp_path / "none.ply", "--capture", capture, "--targets", "every:8"]
-    assert run("render", *asked, "-o", tmp_path / "out") == 1
-    assert "none.ply: No such file" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-CLOUD = """ply
-format ascii 1.0
-element vertex 1
-property float x
-property float y
-property float z
-end_header
-0 0 1
-"""
-
-
 def test_compare_asks_another_reconstructor_about_the_same_picks(capture, tmp_path, capsys):
     asked = ["-k", "4", "--methods", "fsel,uniform", "--json", "--long-side", SIDE]
     found = {}

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 import pytest
 from small_captures import camera_path, record_of, ring, select, write_ring
 
@@ -62,14 +61,6 @@ def leads_outside(folder, tmp_path):
     return []
 
 
-def odd_camera(folder, tmp_path):
-    model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
-    model.cameras[1].model = pycolmap.CameraModelId.FULL_OPENCV
-    model.cameras[1].params = [60, 61, 32, 24, *[0.01] * 8]
-    model.write_binary(str(folder / "sparse" / "0"))
-    return []
-
-
 def unknown_name(folder, tmp_path):
     (tmp_path / "names.txt").write_text("frame_3.jpg\n")
     return ["--targets", tmp_path / "names.txt"]
@@ -84,7 +75,6 @@ def unknown_name(folder, tmp_path):
         (unreadable, ["frame_007.jpg", "not a readable image"]),
         (unreadable_pick, ["frame_", "not a readable image"]),
         (leads_outside, ["../../secret.jpg", "leads outside"]),
-        (odd_camera, ["FULL_OPENCV", "--undistort"]),
         (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (lambda *_: ["-k", 25], ["k is 25", "1 to 24"]),
         (lambda *_: ["-k", 22, "--targets", "every:8"], ["1 to 21", "3 being held out"]),

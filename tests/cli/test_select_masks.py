@@ -75,20 +75,6 @@ def test_only_the_chosen_values_of_a_mask_are_white(tmp_path):
         np.testing.assert_array_equal(found, made.masks[at])
 
 
-def test_captures_without_masks_export_none(capture, tmp_path):
-    assert select(capture, "-k", 4, "-o", tmp_path / "out") == 0
-    assert not (tmp_path / "out" / "masks").exists()
-    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
-    assert not any("mask_path" in frame for frame in content["frames"])
-
-
-def test_masks_of_an_earlier_run_are_replaced(capture, tmp_path):
-    image_files.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
-    assert select(capture, "-k", 6, "-o", tmp_path / "out") == 0
-    assert select(capture, "-k", 3, "-o", tmp_path / "out", "--force") == 0
-    assert len(list((tmp_path / "out" / "masks").iterdir())) == 3
-
-
 @pytest.mark.parametrize("more", [[], ["--geometry-only"], ["--targets", "every:5"]])
 def test_frames_of_a_video_become_images(tmp_path, more):
     """No frame of a ScanNet++ iPhone capture was extracted: the picks are, as JPEG, and masks."""

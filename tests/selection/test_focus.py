@@ -7,8 +7,6 @@ from selection_problems import around
 from small_captures import ring
 
 from fsel.core.capture import Views
-from fsel.core.problem import Problem
-from fsel.features.static import proxy_points
 from fsel.selection import focus
 from fsel.selection.targets import sees, targets_of
 
@@ -87,11 +85,3 @@ def test_targets_that_miss_the_object_are_left_out(circle):
     np.testing.assert_array_equal(kept.frames, targets.frames)  # still never selected
     with pytest.raises(ValueError, match="none of 8 target views"):
         targets.seeing(np.array([[0.0, 100, 0]]), circle)
-
-
-def test_an_object_is_every_views_reference_point(circle):
-    center = np.array([0.3, 0.1, -0.2])
-    problem = Problem(
-        circle, np.arange(24), np.arange(4), circle.views, np.zeros((24, 0)), np.ones(24), center
-    )
-    np.testing.assert_array_equal(proxy_points(problem, circle.view(np.arange(4))), [center] * 4)

@@ -86,15 +86,6 @@ def test_images_and_cameras_are_reduced_together(tmp_path):
             np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-6)
 
 
-def test_a_trainer_that_resizes_in_place_leaves_the_originals_alone(capture, tmp_path):
-    before = {path.name: path.read_bytes() for path in (capture / "images").iterdir()}
-    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 0
-    for path in (tmp_path / "out" / "images").iterdir():
-        with path.open("r+b") as file:
-            file.write(b"resized")
-    assert {path.name: path.read_bytes() for path in (capture / "images").iterdir()} == before
-
-
 def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys):
     always, never = tmp_path / "always.txt", tmp_path / "never.txt"
     always.write_text("frame_011.jpg\nframe_002.jpg\n")
