@@ -8,7 +8,7 @@ import math
 import shlex
 import shutil
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -18,11 +18,12 @@ from fsel.captures.colmap.estimator import Estimator, checked, found_by
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
-from fsel.captures.images.previews import Progress, check_pixels, in_silence
+from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
+from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, cores
@@ -35,27 +36,6 @@ UNREAD = (*image_files.HEIC, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng") 
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
-
-
-class Reporter:
-    """What tells a person of progress, as the command's console does; this one is silent."""
-
-    def say(self, label: str, text: str) -> None:
-        """Print a line."""
-
-    def warn(self, text: str) -> None:
-        """Print a warning."""
-
-    def bar(self, label: str) -> Progress:
-        """Return what wraps a loop."""
-        return in_silence
-
-    def clock(self, label: str) -> AbstractContextManager[None]:
-        """Return a block whose time is shown."""
-        return nullcontext()
-
-
-SILENT = Reporter()
 
 
 @dataclass(frozen=True)
@@ -93,7 +73,7 @@ def opened(
 
     Args:
         opening: what is opened.
-        reporter: is told what is done.
+        reporter: says what is done.
         long_side: pixels of the longer side of images that are opened later.
 
     Raises:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from fsel.captures.images.previews import Progress, in_silence
-from fsel.captures.opening import Reporter
+from fsel.captures.reporter import Reporter
 
 PATIENCE = 2.0  # seconds before a bar is shown
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar

@@ -79,12 +79,12 @@ def open_as(args: argparse.Namespace, record: dict) -> None:
         args: the command line, which is changed.
         record: see `record_of`.
     """
-    told = record.get("capture", {"folder": ""})
+    known = record.get("capture", {"folder": ""})
     stated = any(getattr(args, name) != default for name, default in OPENING.items())
-    if stated or str(args.capture.resolve()) != told["folder"]:
+    if stated or str(args.capture.resolve()) != known["folder"]:
         return
-    beside = [Path(path) for path in told["beside"]]
-    vars(args).update(told["opened"], beside=beside, k=record["settings"]["k"])
+    beside = [Path(path) for path in known["beside"]]
+    vars(args).update(known["opened"], beside=beside, k=record["settings"]["k"])
 
 
 def of_selection(args: argparse.Namespace) -> dict:

@@ -15,7 +15,7 @@ from fsel.selection.scene_depth import scene_distances
 from fsel.selectors.baselines.kmedoids import fasterpam
 from fsel.selectors.baselines.nearest import in_turn, nearest
 
-EVEN = "uniform"  # every n-th frame, which the others are compared with
+EVEN = "uniform"  # uniform sampling, which the others are compared with
 RULE = "fsel"
 STEEP = 3  # power of the distance of the steep medoids: the farthest frames decide
 SCALE = 1000.0  # of the largest distance: sums in float32 then keep what tells two swaps apart

@@ -79,11 +79,11 @@ def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> C
 def served(
     problem: Problem, picks: Mapping[Key, Sequence[np.ndarray]], times: int
 ) -> dict[Key, tuple[float, float]]:
-    """Shares of sparse points that picks see often enough, and that every n-th frame does.
+    """Return shares of sparse points that picks see often enough, and that uniform sampling does.
 
     Args:
         problem: the selection problem.
-        picks: key -> selections, whose mean share is told.
+        picks: key -> selections, whose mean share is returned.
         times: how often; points that fewer observed frames see do not count.
 
     Returns:

@@ -1,15 +1,13 @@
-"""Selections tried on the capture itself, on frames that nobody asks for or on its targets.
+"""Selections compared on a capture's own frames by successive halving.
 
-Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
+Not in the paper. No single rule wins on every capture: uniform sampling is hard to beat where a
 camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed
-and scored on frames that neither they nor every n-th frame hold: by `splats`, and those that are
-ahead there by small `gaussians`, too. Another one is kept instead of every n-th frame where both
-reconstructors put it ahead by 0.2 dB and not behind in SSIM, and the mean of both says that it is
-ahead by 0.5 dB and beyond chance: what one reconstructor alone prefers does not speak for others.
+and scored on frames that neither they nor uniform sampling contain: by `splats`, and those ahead
+there by small `gaussians` too. Another one replaces uniform sampling where both reconstructors put
+it ahead by 0.2 dB and not behind in SSIM, and their mean by 0.5 dB and beyond chance.
 
-Where targets are stated that are frames of the capture, a person may ask for the same on their own
-images, which no pick holds. Then the first selection is what the rule picks for them, and another
-one is kept where `gaussians` put it ahead by 0.2 dB. What this gains is in
+With targets that are frames, their own images can score instead. Then the first selection is the
+rule's, and another one is kept where `gaussians` put it ahead by 0.2 dB. Gains:
 docs/results/captures_unknown.md.
 """
 
@@ -76,14 +74,13 @@ def validated(
     Every machine keeps the same picks, unless the time is over before the planned fits are made.
 
     Args:
-        problem: of a request; the images of frames that may be picked are read, and of targets.
+        problem: of a request; images of its pool and of the targets are read.
         rule: (K,) the picks of `fsel`, best first.
         patience: for how long.
         targets: (F,) frames that are held out; empty where the whole capture is to be rendered.
 
     Returns:
-        What was found; None without patience, or where there are too few frames to reconstruct
-        from or to score on.
+        What was found; None without patience, or with too few frames to reconstruct or to score.
     """
     halving = halving_of(problem, rule, targets) if patience.seconds else None
     if halving is None:
@@ -93,7 +90,7 @@ def validated(
 
 
 def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> SuccessiveHalving | None:
-    """The selections before the first fit; None and arguments as of `tried`."""
+    """Return the comparison before its first fit; None and arguments as of `validated`."""
     pool, k = problem.sequence, len(rule)
     acceptance = WHOLE if problem.targets_unknown else STATED
     spare = len(pool) - k if problem.targets_unknown else len(targets)
@@ -282,7 +279,7 @@ def small_fits(capture: Capture, validation: np.ndarray, picks: Mapping[str, np.
     Args:
         capture: at any size.
         validation: (W,) frames that are scored.
-        picks: the selections that will be asked for.
+        picks: the selections that will be fitted.
     """
     needed = np.unique(np.concatenate([validation, *picks.values()]))
     small, rows = _small(capture, needed), np.searchsorted(needed, validation)

@@ -174,7 +174,7 @@ class Outcome:
         capture: the capture.
         targets: views to be rendered.
         selection: the picks.
-        method: that was asked for.
+        method: of the request.
         health: what is wrong with which frames; None where it was not looked for.
         focus: the object that targets must see.
         seconds: of each step.

@@ -11,7 +11,6 @@ from types import NoneType
 import numpy as np
 
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.quality import Health
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
@@ -35,7 +34,7 @@ SharpnessOf = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class SelectionRequest:
-    """A selection as it is asked for; `checked_request` says whether it can be made.
+    """A selection that a person wants; `checked_request` says whether it can be made.
 
     Attributes:
         source: what is selected from. Bad frames of a `LazyCapture` are left out; a `Capture` is
@@ -78,7 +77,7 @@ class CheckedRequest:
     """A request that can be served, and what its words stand for.
 
     Attributes:
-        request: as it was asked for.
+        request: as it was stated.
         capture: its capture, with unopened images where it was opened from files.
         k: how many frames, how that is to be found, or None for as many as a cover takes.
         targets: the views, and the frames that may not be picked.
@@ -157,23 +156,6 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
     from fsel.evaluation.methods import METHODS  # here: it imports all baselines
 
     return METHODS.checked(name)
-
-
-def leaving_out_bad(
-    targets: Targets, health: Health, capture: Capture, k: int | Auto | None
-) -> tuple[Targets, Health]:
-    """Leave bad frames out of the pool of targets, where enough others remain.
-
-    Args:
-        targets: of a checked request.
-        health: of the capture's frames.
-        capture: the capture.
-        k: as many frames remain at least, two where it is to be found; of bad ones the least bad.
-    """
-    pool = np.setdiff1d(targets.pool(capture), targets.always)
-    least = max(k if isinstance(k, int) else 0, 2)
-    health = health.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
-    return replace(targets, bad=np.sort(health.left_out)), health
 
 
 def _check_number(checked: CheckedRequest) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 from fsel.captures.images.previews import sharpness as measure_sharpness
 from fsel.captures.images.previews import sharpness_among
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.opening import SILENT, Reporter
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
+from fsel.captures.reporter import SILENT, Reporter
 from fsel.core.capture import Capture, Views
 from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.subsets import evenly, subset_key
@@ -22,7 +22,7 @@ from fsel.selection.budget import Auto, Budget
 from fsel.selection.cover import cover_of, seeing_all
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.problem import measured, request_problem
-from fsel.selection.request import CheckedRequest, SharpnessOf, leaving_out_bad
+from fsel.selection.request import CheckedRequest, SharpnessOf
 from fsel.selection.targets import Targets
 from fsel.selection.validation import TimeBudget, ValidationResult
 from fsel.selectors.policies import Ranked, ScoringMethod
@@ -33,13 +33,13 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
 
     Args:
         checked: see `fsel.selection.request.checked_request`.
-        reporter: is told of bad frames, and shows progress.
+        reporter: names bad frames, and shows progress.
 
     Returns:
         The picks, with what they were made from.
     """
     request, opened = checked.request, checked.request.opened
-    targets, health, seconds = checked.targets, None, {}
+    targets, health = checked.targets, None
     began = time.perf_counter()
     if opened is not None and not request.keep_bad:
         targets, health = examined_targets(
@@ -69,16 +69,18 @@ def examined_targets(
     Args:
         opened: the capture.
         targets: of a checked request.
-        k: as many frames remain at least.
-        reporter: is told of the bad frames.
+        k: as many frames remain at least, two where it is to be found; of bad ones the least bad.
+        reporter: names the bad frames.
         images: whether they are looked at.
         matching: whether frames are matched, to find misplaced ones.
     """
     found = examined(opened, reporter.bar("health"), images=images, matching=matching)
-    targets, health = leaving_out_bad(targets, found, opened.capture, k)
+    pool = np.setdiff1d(targets.pool(opened.capture), targets.always)
+    least = max(k if isinstance(k, int) else 0, 2)
+    health = found.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
     for line in in_words(health, opened.capture.names):
         reporter.say(*line)
-    return targets, health
+    return replace(targets, bad=np.sort(health.left_out)), health
 
 
 def _selection(

@@ -1,6 +1,4 @@
-"""Limits of how long selections are tried on a capture's own frames, and what was found; see
-`fsel.selection.halving`.
-"""
+"""How long selections are tried on a capture, and what was found; see `fsel.selection.halving`."""
 
 from __future__ import annotations
 
@@ -48,7 +46,7 @@ class ValidationResult:
     """Outcome of trying selections.
 
     Attributes:
-        trials: first every n-th frame, or what the rule picks for stated targets.
+        trials: first uniform sampling, or what the rule picks for stated targets.
         kept: name of the selection that was kept.
         fits: reconstructions, all together.
         cut: whether the time was over before all planned reconstructions were made.

@@ -37,8 +37,7 @@ def content(
         outcome: the selection.
         opened: the capture that it was made from.
         form: in which it was written.
-        stated: `capture` says where the capture is and how it was opened, `settings` what was
-            asked for.
+        stated: `capture` says where the capture is and how it was opened, `settings` the options.
     """
     selection, targets, health = outcome.selection, outcome.targets, outcome.health
     budget, names = selection.budget, opened.capture.names
@@ -211,7 +210,7 @@ def trials(tried: ValidationResult) -> str:
         own = f"the images of {counted(tried.validation, 'target')}, which were looked at"
     else:
         own = f"{tried.validation} of the capture's own frames"
-    first = f"{'the rule' if tried.on_targets else 'every n-th frame'} ({tried.trials[0].name})"
+    first = f"{'the rule' if tried.on_targets else 'uniform sampling'} ({tried.trials[0].name})"
     return (
         f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
         f"kept: {tried.kept}. dB over {first}: {scores}"
