@@ -215,13 +215,9 @@ def _kept(table: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=Path, required=True)
     parser.add_argument("--made-rows", type=Path, help="of captures made of them")
     parser.add_argument("-o", "--out", type=Path, required=True)
     page(parser.parse_args())
-
-
-if __name__ == "__main__":
-    main()

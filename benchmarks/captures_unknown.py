@@ -270,7 +270,7 @@ def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
             yield f"{folder.name}, {how}", make(capture)
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     found = sorted(path.parent for path in HOME.glob("*/sparse"))
     parser.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
@@ -282,7 +282,3 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
     parser.add_argument("--seeds", type=int, default=2, help="of the fits of what was tried")
     measure(parser.parse_args())
-
-
-if __name__ == "__main__":
-    main()

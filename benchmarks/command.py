@@ -83,7 +83,6 @@ def cpu_seconds() -> float:
 
 
 def main() -> None:
-    """Print three tables: no image opened, pictures for the report, sharpness besides."""
     with tempfile.TemporaryDirectory() as folder:
         capture = Path(folder, "capture")
         write_capture(capture)

@@ -21,7 +21,7 @@ BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and o
 ROUNDING = 1e-4  # float32 scores err by less than this share of their terms' magnitude
 
 # Phi(z) = (1 + z P(s)) / 2 with s = 2 (z / 5)^2 - 1 for |z| <= 5, ascending powers of s: a minimax
-# fit of degree 11 whose GELU errs by less than 5e-6.
+# fit of degree 11. The GELU made of it errs by less than 5e-6.
 _P = np.array(
     [
         *(0.28272750973701477, -0.14059646427631378, 0.10305079072713852, -0.08078396320343018),
@@ -141,14 +141,9 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
 
 @exact
 def _approximate_scores(selectable, base, inputs, narrow, out):
-    """Write float32 scores, less the last bias, of the rows not yet picked; return those rows.
+    """Write (n,) float32 scores, less the last bias, of the rows not yet picked; return those rows.
 
-    Args:
-        selectable: (n,) bool.
-        base: (n, 64) float32 part of the first layer that the selection leaves alone.
-        inputs: (n, 5) float64 of those that follow it.
-        narrow: see `fsel.selectors.scorer.Layers`.
-        out: (n,) float32, written.
+    `base` is the (n, 64) float32 part of the first layer that the selection leaves alone.
     """
     hidden, product = np.empty((BLOCK, WIDTH), np.float32), np.empty((BLOCK, WIDTH), np.float32)
     rows = np.flatnonzero(selectable)
@@ -163,9 +158,7 @@ def _exact_score(static, inputs, wide):
     """One row's float64 score with the exact GELU, and the magnitude of its terms.
 
     Args:
-        static: (19,) inputs that the selection leaves alone.
-        inputs: (5,) those that follow it.
-        wide: see `fsel.selectors.scorer.Layers`.
+        static: (19,) inputs that the selection leaves alone; inputs: (5,) those that follow it.
     """
     first, first_bias, second, second_bias, third, third_bias = wide
     x = static.copy()

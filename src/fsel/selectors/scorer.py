@@ -175,30 +175,16 @@ def _gelu(z: np.ndarray) -> np.ndarray:
     return share
 
 
-class Narrow(NamedTuple):
-    """A network's layers in float32, as the compiled loop multiplies by them.
-
-    Attributes:
-        following: (5, 64) first-layer weights of the inputs that follow the selection.
-        second: (64, 64) second layer, transposed; second_bias: (64,).
-        third: (64,) third layer.
-    """
-
-    following: np.ndarray
-    second: np.ndarray
-    second_bias: np.ndarray
-    third: np.ndarray
-
-
 class Layers(NamedTuple):
     """Arrays of a network that the compiled loop needs.
 
     Attributes:
-        narrow: in float32, transposed.
+        narrow: in float32, (5, 64) first-layer weights of the inputs that follow the selection,
+            (64, 64) second layer, transposed, its (64,) bias, and the (64,) third layer.
         wide: the six arrays of `SHAPES` in float64.
     """
 
-    narrow: Narrow
+    narrow: tuple[np.ndarray, ...]
     wide: tuple[np.ndarray, ...]
 
 
@@ -206,10 +192,10 @@ def layers_of(network: Network) -> Layers:
     """Return a network's arrays for the compiled loop."""
     weights = network.weights
     # copies: arrays read from a file may be read-only, for which the loop would compile anew
-    narrow = Narrow(
-        following=np.ascontiguousarray(weights["layer1.weight"][:, FOLLOWING_INPUTS].T),
-        second=np.ascontiguousarray(weights["layer2.weight"].T),
-        second_bias=weights["layer2.bias"].copy(),
-        third=weights["layer3.weight"][0].copy(),
+    narrow = (
+        np.ascontiguousarray(weights["layer1.weight"][:, FOLLOWING_INPUTS].T),
+        np.ascontiguousarray(weights["layer2.weight"].T),
+        weights["layer2.bias"].copy(),
+        weights["layer3.weight"][0].copy(),
     )
     return Layers(narrow, tuple(weights[name].astype(np.float64) for name in SHAPES))

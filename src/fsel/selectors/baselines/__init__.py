@@ -28,7 +28,7 @@ FURTHER: Registry[Method] = Registry(
         "long_lrm": "fsel.selectors.baselines.long_lrm:METHOD",
         "indoor_traj": "fsel.selectors.baselines.indoor_traj:METHOD",
         "facility": "fsel.selectors.baselines.facility_location:METHOD",
-        "mvsnet_location": "fsel.selectors.baselines.mvsnet_location:METHOD",
+        "mvsnet_location": "fsel.selectors.baselines.mvsnet:LOCATION",
     },
 )
 """Further methods, in the order of the tables."""

@@ -1,11 +1,16 @@
-"""The MVSNet view-selection score towards the target views, top K (Yao et al. 2018)."""
+"""The MVSNet view-selection score (Yao et al. 2018): towards the targets, or as a set function."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from fsel.core.problem import Method, Problem
-from fsel.selectors.baselines.covisibility import scores_with, tracks
+from fsel.selectors.baselines.covisibility import score_rows, score_sums, scores_with, tracks
+from fsel.selectors.baselines.greedy import locate
+
+ROUNDING = 1e-4  # relative error of sums in float32, at most
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -24,4 +29,18 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return best[np.isin(best, problem.observed)][:k]
 
 
+def facility_location(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Greedy maximisation of sum_i max_{j in S} s(i, j) over the pool's frames i.
+
+    Scores are made for blocks of rows as needed: memory stays linear in the pool.
+    """
+    pool = problem.observed
+    seen = tracks(problem, pool).arrays
+    bounds = score_sums(seen) * (1 + ROUNDING)
+    return pool[locate(lambda rows: score_rows(rows, seen), bounds, k)]
+
+
 METHOD = Method("mvsnet", "MVSNet score", "observed", nested=True, select=select, tracks=True)
+LOCATION = replace(
+    METHOD, name="mvsnet_location", label="MVSNet, facility location", select=facility_location
+)

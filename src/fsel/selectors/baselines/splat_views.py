@@ -54,7 +54,7 @@ class Blends:
 
 
 class Criterion(Protocol):
-    """Worth of a further view, given the picks."""
+    """The value of a further view, given the picks."""
 
     def scores(self) -> np.ndarray:
         """(V,) of every view; the largest is picked."""
