@@ -20,9 +20,9 @@ from fsel.selectors.scorer import WIDTH
 BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and on one thread
 ROUNDING = 1e-4  # float32 scores err by less than this share of their terms' magnitude
 
-# Phi(z) = (1 + z P(s)) / 2 with s = 2 (z / 5)^2 - 1 for |z| <= 5
-# Coefficients of P are in ascending powers of s: a minimax fit of degree 11, whose GELU errs by less
-# than 5e-6.
+# Phi(z) = (1 + z P(s)) / 2 with s = 2 (z / 5)^2 - 1 for |z| <= 5.
+# Coefficients of P are in ascending powers of s: a minimax fit of degree 11, whose GELU errs by
+# less than 5e-6.
 _P = np.array(
     [
         *(0.28272750973701477, -0.14059646427631378, 0.10305079072713852, -0.08078396320343018),
