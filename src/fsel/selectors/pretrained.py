@@ -46,16 +46,13 @@ def own(path: str | Path, name: str | None = None) -> ScoringMethod:
             what it was made for and by, or one that was made for another policy.
     """
     scorer = Scorer.load(path)
-    made_for = scorer.provenance.get("policy")
-    if made_for in RENAMED:
-        made_for = RENAMED[made_for]
-    if made_for not in KNOWN:
+    stated = scorer.provenance.get("policy", "")
+    made_for = RENAMED.get(stated, stated)
+    if made_for not in KNOWN or "made by" not in scorer.provenance:
         raise ValueError(
-            f"{path}: scorer of the policy {made_for!r}; known: {', '.join(KNOWN)}. Hint: `fsel "
-            "train` and the workflow write scorers that say it"
+            f"{path}: scorer of the policy {made_for!r}, known: {', '.join(KNOWN)}; `made by` "
+            f"{scorer.provenance.get('made by', 'is missing')!r}. Hint: the workflow writes both"
         )
-    if "made by" not in scorer.provenance:
-        raise ValueError(f"{path}: does not say what it was made by, as scorers of fsel do")
     if name not in (None, made_for):
         raise ValueError(
             f"{path}: made for the policy {made_for!r}, not {name!r}. Hint: leave the method out"
