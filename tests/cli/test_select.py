@@ -16,6 +16,7 @@ from fsel.captures.images import files as image_files
 from fsel.captures.images.previews import sharpness_of_files
 from fsel.captures.lazy import open_capture
 from fsel.captures.read import read_capture
+from fsel.cli.parser import parser
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection.export import subset
 from fsel.selectors.scorer import Network
@@ -265,3 +266,10 @@ def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):
     assert select(capture, "-k", 4, "--quiet", "-o", tmp_path / "quiet") == 0
     printed = capsys.readouterr()
     assert printed.out == printed.err == ""
+
+
+def test_its_options_are_few_and_in_groups():
+    commands = parser()._subparsers._group_actions[0].choices
+    assert len(commands["select"]._actions) - 1 <= 30  # the capture is no option
+    titles = [group.title for group in commands["select"]._action_groups if group._group_actions]
+    assert len(titles) == 7

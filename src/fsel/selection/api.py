@@ -112,7 +112,7 @@ def select(
         >>> chosen.export("garden20")
     """
     request = SelectionRequest(
-        source=captured(capture),
+        source=captured(capture, k if isinstance(k, int) else 0),
         k=k,
         targets=targets,
         method=method,
@@ -131,8 +131,8 @@ def select(
     return select_frames(checked_request(request)).selection
 
 
-def captured(source: Source) -> Capture | LazyCapture:
-    """Open what holds a capture.
+def captured(source: Source, wanted: int = 0) -> Capture | LazyCapture:
+    """Open what holds a capture; of a video, more frames where so many are `wanted`.
 
     Raises:
         TypeError: for anything else.
@@ -142,9 +142,9 @@ def captured(source: Source) -> Capture | LazyCapture:
         return source
     if isinstance(source, str | Path):
         path = Path(source)
-        return (
-            opening.opened(opening.Opening((path,))) if video.is_video(path) else open_capture(path)
-        )
+        if not video.is_video(path):
+            return open_capture(path)
+        return opening.opened(opening.Opening((path,), wanted=wanted))
     if isinstance(source, Mapping):
         name, layout = "transforms.json", nerfstudio.LAYOUT
         raw = nerfstudio.from_json(Path(name), Path(), content=dict(source))
