@@ -120,4 +120,6 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     elsewhere = os.name != "nt" and PureWindowsPath(relative).drive
     if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
         raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
+    if not str(relative).isprintable():
+        raise ValueError(f"{source}: file_path {str(relative)!r} has a line break, or the like")
     return path

@@ -163,9 +163,9 @@ def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
 def _by_stem(folder: Path) -> dict[str, list[str]]:
     """Return the names of a folder's files by what comes before their endings."""
     names: dict[str, list[str]] = {}
-    for entry in os.scandir(folder) if folder.is_dir() else ():
-        if entry.is_file():
-            names.setdefault(Path(entry.name).stem, []).append(entry.name)
+    for name in os.listdir(folder) if folder.is_dir() else ():
+        if os.path.isfile(os.path.join(folder, name)):
+            names.setdefault(Path(name).stem, []).append(name)
     return names
 
 
