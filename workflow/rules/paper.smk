@@ -65,8 +65,8 @@ use rule table as ga_vs_learned with:
         evaluations=lambda wildcards: inputs.of_problems(
             scenes.held_out_problems(experiment), "{reconstructor}evaluation.parquet"
         ),
-        searched=lambda wildcards: inputs.of_scenes(
-            scenes.held_out(experiment), "{reconstructor}searched.parquet"
+        searched=scenes.files(
+            experiment, scenes.held_out, "{reconstructor}searched.parquet"
         ),
         lib=experiment.library("ga_vs_learned"),
     output:
@@ -154,15 +154,11 @@ use rule table as time_quality with:
             "{reconstructor}evaluation.parquet",
             range(experiment.config["draws"]),
         ),
-        variant=lambda wildcards: inputs.of_scenes(
-            scenes.held_out(experiment), "{reconstructor}geometry.parquet"
+        variant=scenes.files(
+            experiment, scenes.held_out, "{reconstructor}geometry.parquet"
         ),
-        costs=lambda wildcards: inputs.of_scenes(
-            scenes.held_out(experiment), "{reconstructor}costs.parquet"
-        ),
-        times=lambda wildcards: inputs.of_scenes(
-            scenes.held_out(experiment), "{reconstructor}times.parquet"
-        ),
+        costs=scenes.files(experiment, scenes.held_out, "{reconstructor}costs.parquet"),
+        times=scenes.files(experiment, scenes.held_out, "{reconstructor}times.parquet"),
         lib=experiment.library("time_quality"),
     output:
         **shown("time_quality", "Quality, runtime and memory"),
@@ -218,8 +214,8 @@ use rule evaluate_trials as evaluate_crosscapture with:
 
 use rule table as crosscapture with:
     input:
-        evaluations=lambda wildcards: inputs.of_scenes(
-            scenes.rooms(experiment), "{reconstructor}crosscapture.parquet"
+        evaluations=scenes.files(
+            experiment, scenes.rooms, "{reconstructor}crosscapture.parquet"
         ),
         lib=experiment.library("crosscapture"),
     output:
@@ -271,8 +267,8 @@ use rule evaluate_trials as evaluate_objects with:
 
 use rule table as objectcentric with:
     input:
-        evaluations=lambda wildcards: inputs.of_scenes(
-            scenes.of_objects(experiment), "{reconstructor}objects.parquet"
+        evaluations=scenes.files(
+            experiment, scenes.of_objects, "{reconstructor}objects.parquet"
         ),
         lib=experiment.library("objectcentric"),
     output:
@@ -474,8 +470,8 @@ use rule evaluate_trials as evaluate_paired with:
 
 use rule table as pose_sources with:
     input:
-        evaluations=lambda wildcards: inputs.of_scenes(
-            scenes.posed_twice(experiment), "sources/{reconstructor}paired.parquet"
+        evaluations=scenes.files(
+            experiment, scenes.posed_twice, "sources/{reconstructor}paired.parquet"
         ),
         lib=experiment.library("pose_sources"),
     output:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from fsel.workflow.datasets import kinds_of
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.inputs import joined
+from fsel.workflow.experiment import Choice, Experiment
+from fsel.workflow.inputs import joined, of_scenes
 from fsel.workflow.refusal import refuse
 from fsel.workflow.requirements import check_poses
 from fsel.workflow.settings import Scene
@@ -23,6 +23,11 @@ def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> 
         return experiment.facts(datasets_of(chosen(experiment)), wildcards.reconstructor)
 
     return {"scenes": lambda wildcards: chosen(experiment), "facts": facts}
+
+
+def files(experiment: Experiment, chosen: Callable[[Experiment], Scenes], name: str) -> Choice:
+    """Return an input function: a file of each scene of a table."""
+    return lambda wildcards: of_scenes(chosen(experiment), name)
 
 
 def datasets_of(scenes: Scenes) -> list[str]:
