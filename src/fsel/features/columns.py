@@ -29,7 +29,7 @@ APPEARANCE = ("rho_max_o", "rho_mean_o", "rho_std_o", "rho_max_s")
 
 
 def positions(names: Iterable[str]) -> np.ndarray:
-    """(m,) int64 where inputs lie among all."""
+    """Return (m,) int64 where inputs lie among all."""
     return np.array([NAMES.index(name) for name in names], np.int64)
 
 

@@ -69,7 +69,7 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
 
 
 def look_embedding(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """(n, 6) where cameras are and, twice, what they look at, over the scene's depth.
+    """Return (n, 6) where cameras are and, twice, what they look at, over the scene's depth.
 
     The look distance of two of the frames is the distance of their first three numbers plus that
     of their last three.
@@ -97,7 +97,7 @@ def look_depth(centers: np.ndarray) -> float:
 
 
 def closeness(distance: np.ndarray) -> np.ndarray:
-    """0.7 to the power of a frame's rank by its distance to a view.
+    """Return 0.7 to the power of a frame's rank by its distance to a view.
 
     Ranks follow the density of the capture around each view, and have no unit. Equally distant
     frames share the lower rank, also where rounding parts them.
@@ -114,7 +114,7 @@ def closeness(distance: np.ndarray) -> np.ndarray:
 
 
 def nearest_view_penalty(distance: np.ndarray) -> np.ndarray:
-    """(n,) distance of each frame's closest view, in what a target gain is worth.
+    """Return (n,) distance of each frame's closest view, in what a target gain is worth.
 
     It counts where the views see a part of the capture only: there, frames far from all of them
     are novel, and of no use.
@@ -161,7 +161,7 @@ def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) 
 
 
 def view_points(views: Views, depth: float) -> np.ndarray:
-    """(O, Q, 3) points that lie behind a grid over each view's image, world units.
+    """Return (O, Q, 3) points that lie behind a grid over each view's image, world units.
 
     Args:
         views: (O,) views.
@@ -180,7 +180,7 @@ def view_points(views: Views, depth: float) -> np.ndarray:
 
 
 def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(M, Q) bool whether the points of one view lie in the images of some frames.
+    """Return (M, Q) bool whether the points of one view lie in the images of some frames.
 
     Args:
         frames: (n,) of the pool.
@@ -200,7 +200,7 @@ def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.nda
 
 
 def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
-    """(O, Q) float64 how much some rows see of each point, 0..1 each, summed."""
+    """Return (O, Q) float64 how much some rows see of each point, 0..1 each, summed."""
     views, places = np.nonzero(np.isin(visible.nearest, rows))
     rates = np.zeros(visible.seen.shape[::2], visible.seen.dtype)
     np.add.at(rates, views, visible.seen[views, places])
@@ -208,7 +208,7 @@ def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
 
 
 def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
-    """Worth of one more frame to each view's points, summed over what it sees of them.
+    """Return the value of one more frame to each view's points, summed over what it sees of them.
 
     The value of a point at rate r is P(N >= 1) + P(N >= 2) = 2 - (2 + r) exp(-r), N being Poisson;
     its slope is (1 + r) exp(-r).

@@ -44,7 +44,7 @@ MVSNET_SPREAD = (1.0, 10.0)
 def static_features(
     problem: Problem, pool: np.ndarray, references: Views, appearance: bool = True
 ) -> np.ndarray:
-    """The 14 features that do not depend on the selection.
+    """Return the 14 features that do not depend on the selection.
 
     Args:
         problem: the selection problem.
@@ -105,7 +105,7 @@ def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) ->
 
 
 def proxy_points(problem: Problem, references: Views) -> np.ndarray:
-    """(O, 3) one reference point a view, in front of it, near the candidates' centroid.
+    """Return (O, 3) one reference point a view, in front of it, near the candidates' centroid.
 
     Where the request is about an object, its centre is the point of every view.
     """

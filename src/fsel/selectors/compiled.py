@@ -77,7 +77,7 @@ def _best_of(scores, selectable):
 
 @exact
 def run_linear(k, fixed, coefficients, rows, picks, scores):
-    """The greedy loop (paper, Eq. 1 and 2) with a linear scorer.
+    """Run the greedy loop (paper, Eq. 1 and 2) with a linear scorer.
 
     Args:
         k: how many picks.
@@ -203,7 +203,7 @@ def _best_row(rows, approximate, static, inputs, wide):
 
 @exact
 def run_network(k, static, base, rows, layers, picks, scores):
-    """The greedy loop (paper, Eq. 1 and 2) with a network.
+    """Run the greedy loop (paper, Eq. 1 and 2) with a network.
 
     Args:
         k: how many picks.

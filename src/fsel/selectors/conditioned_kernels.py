@@ -204,7 +204,7 @@ def _gain(rows, memory, out):
 
 @reordered
 def target_gain(closeness, covered, apart, out):
-    """Each row's mean closeness to the views, each view discounted by what covers it; in
+    """Write each row's mean closeness to the views, each view discounted by what covers it; in
     proportion less where the row looks much like one picked."""
     discount = 1 / (1 + covered)
     for i in range(len(closeness)):

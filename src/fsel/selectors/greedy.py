@@ -19,7 +19,7 @@ from fsel.selectors.scorer import Linear, Network, Scorer, layers_of
 
 
 def loop() -> ModuleType:
-    """The compiled loop, imported when first used: numba takes longer to import than a small
+    """Return the compiled loop, imported when first used: numba takes longer to import than a small
     pool takes to select from (see `fsel.selectors.reference_loop`)."""
     from fsel.selectors import compiled
 

@@ -90,7 +90,7 @@ class Policy:
         return not set(names).isdisjoint(self.inputs)
 
     def without(self, inputs: Iterable[str], name: str, label: str) -> Policy:
-        """The same policy under another name without some inputs, which its label says."""
+        """Return the same policy under another name without some inputs, which its label says."""
         left = tuple(own for own in self.inputs if own not in inputs)
         return replace(self, name=name, label=f"{self.label}, {label}", inputs=left)
 
@@ -147,7 +147,7 @@ class Policy:
         return problem.capture.view(problem.proxies)
 
     def method(self, scorer: Scorer, pick: Loop = greedy) -> ScoringMethod:
-        """The selection method with a scorer.
+        """Return the selection method with a scorer.
 
         Args:
             scorer: of the policy's kind.

@@ -26,7 +26,7 @@ NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside
 
 @cache
 def method(name: str = DEFAULT) -> ScoringMethod:
-    """A method that comes with the package.
+    """Return a method that comes with the package.
 
     Args:
         name: a key of `FILES`.
@@ -35,7 +35,7 @@ def method(name: str = DEFAULT) -> ScoringMethod:
 
 
 def own(path: str | Path, name: str | None = None) -> ScoringMethod:
-    """The method of a scorer on disk.
+    """Return the method of a scorer on disk.
 
     Args:
         path: what the workflow wrote.

@@ -75,7 +75,7 @@ class Walk:
         self._raw[:, GAIN] = self._memory.gain()
 
     def inputs(self) -> np.ndarray:
-        """(n, 19) inputs at the present step."""
+        """Return (n, 19) inputs at the present step."""
         self._inputs[:, CONDITIONED_INPUTS] = standardise(self._raw[:, :GAIN], self.free)
         self._inputs[:, TARGET_GAIN_INPUT] = self._remote + self._raw[:, GAIN]
         return self._inputs
@@ -114,7 +114,7 @@ class _Memory:
         raw[:, GAIN] = self.gain() * min(1.0, self.rows.decay_start / picked)
 
     def gain(self) -> np.ndarray:
-        """(n,) see `compiled.target_gain`."""
+        """Return (n,) see `compiled.target_gain`."""
         gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
         seen = visibility_gain(self.rows.visible, self.rates, len(gain))
         return gain * (self.apart / NOVEL) + POINTS * seen

@@ -39,7 +39,7 @@ class Rollout:
         self._raw, self._memory = loop().begin(prepared.rows)
 
     def inputs(self) -> np.ndarray:
-        """(n, 19) float32 inputs at the present step.
+        """Return (n, 19) float32 inputs at the present step.
 
         Those that follow the selection are standardised over the rows that are left, and zero
         before the first pick (paper, section 3.2), but for the target gain. It keeps its unit, the

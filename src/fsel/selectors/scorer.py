@@ -34,7 +34,7 @@ class Scorer(ABC):
 
     @abstractmethod
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """(n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
+        """Return (n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
 
     @abstractmethod
     def save(self, path: str | Path) -> None:

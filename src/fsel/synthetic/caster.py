@@ -41,16 +41,16 @@ class Caster:
         self.outwards = outwards / lengths(outwards)[:, None]
 
     def hit(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
+        """Return (n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
         return hierarchy.first_hit(self._tree, origins, rays)
 
     def objects(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """(n,) uint8 numbers of the objects that rays first meet, 0 for none."""
+        """Return (n,) uint8 numbers of the objects that rays first meet, 0 for none."""
         which, _ = self.hit(origins, rays)
         return np.where(which >= 0, self._objects[which], np.uint8(0))
 
     def colors(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """(n, 3) float32 linear colours in 0..1 seen along (n, 3) unit rays."""
+        """Return (n, 3) float32 linear colours in 0..1 seen along (n, 3) unit rays."""
         which, distance = self.hit(origins, rays)
         solid = np.flatnonzero(which >= 0)
         out = np.zeros((len(rays), 3), np.float32)
@@ -90,7 +90,7 @@ class Caster:
         return towards, lit
 
     def clearance(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """(n,) least distance from (n, 3) points to a surface, over (d, 3) directions.
+        """Return (n,) least distance from (n, 3) points to a surface, over (d, 3) directions.
 
         A point from which the back of a triangle is seen lies within a solid: its clearance is 0.
         """

@@ -75,7 +75,7 @@ def first_hit(tree: Hierarchy, origins, rays) -> tuple[np.ndarray, np.ndarray]:
 
 
 def occluded(tree: Hierarchy, origins, rays, reach) -> np.ndarray:
-    """(n,) bool: whether (n, 3) rays meet anything nearer than (n,) float32 distances."""
+    """Return (n,) bool: whether (n, 3) rays meet anything nearer than (n,) float32 distances."""
     return _trace(*tree, origins, rays, reach.copy(), True) >= 0
 
 

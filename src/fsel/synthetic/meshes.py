@@ -35,28 +35,28 @@ class Mesh:
         return self.vertices[self.faces]
 
     def scaled(self, factors) -> Mesh:
-        """Stretched along x, y and z by positive factors."""
+        """Stretch along x, y and z by positive factors."""
         return Mesh(self.vertices * np.asarray(factors, float), self.faces)
 
     def placed(self, at, turn: float) -> Mesh:
-        """Turned about the z axis by radians, then moved."""
+        """Turn about the z axis by radians, then move."""
         c, s = np.cos(turn), np.sin(turn)
         turned = self.vertices @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
         return Mesh(turned + np.asarray(at, float), self.faces)
 
     def lying(self) -> Mesh:
-        """A quarter turn about the y axis: what was up points along x."""
+        """Make a quarter turn about the y axis: what was up points along x."""
         x, y, z = self.vertices.T
         return Mesh(np.column_stack([z, y, -x]), self.faces)
 
 
 def box(size) -> Mesh:
-    """A (width, depth, height) box about the origin."""
+    """Make a (width, depth, height) box about the origin."""
     return Mesh(CUBE * np.asarray(size, float), _halved(SIDES))
 
 
 def gable(size) -> Mesh:
-    """A roof over a (width, depth) base in z = 0, its ridge along y at a height."""
+    """Make a roof over a (width, depth) base in z = 0, its ridge along y at a height."""
     x, y, z = size[0] / 2, size[1] / 2, size[2]
     corners = [(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0), (0, -y, z), (0, y, z)]
     slopes_and_floor = _halved(((0, 3, 2, 1), (1, 2, 5, 4), (3, 0, 4, 5)))
@@ -64,7 +64,7 @@ def gable(size) -> Mesh:
 
 
 def lathe(profile, sections: int) -> Mesh:
-    """A solid turned about the z axis.
+    """Make a solid turned about the z axis.
 
     Args:
         profile: (p, 2) radius and height from the bottom to the top, both ends on the axis.
@@ -82,7 +82,7 @@ def lathe(profile, sections: int) -> Mesh:
 
 
 def cylinder(radius: float, height: float, sections: int = 24) -> Mesh:
-    """A cylinder about the z axis and the origin."""
+    """Make a cylinder about the z axis and the origin."""
     top = height / 2
     return lathe([(0, -top), (radius, -top), (radius, top), (0, top)], sections)
 

@@ -80,7 +80,7 @@ def _bush(scene: Scene, base: np.ndarray, size: float) -> None:
 
 
 def crates(scene: Scene, count: int) -> None:
-    """Boxes left about a square."""
+    """Leave boxes about a square."""
     rng = scene.rng
     for _ in range(count):
         wood = scene.material(tx.PLANK, 0.2, scene.pick((solids.WOOD, solids.OAK)))
@@ -89,7 +89,7 @@ def crates(scene: Scene, count: int) -> None:
 
 
 def monument(scene: Scene, size: float) -> None:
-    """A large object at the origin: steps, a pedestal, a turned figure, and urns on pillars."""
+    """Add a large object at the origin: steps, a pedestal, a turned figure, and urns on pillars."""
     rng = scene.rng
     for step in range(3):
         side = size * (0.75 - 0.13 * step)
@@ -124,7 +124,7 @@ def _urn(scene: Scene, at: np.ndarray, size: float) -> None:
 
 
 def block(scene: Scene, height: float) -> None:
-    """A stone block at the origin to put a thing on."""
+    """Add a stone block at the origin to put a thing on."""
     stone = scene.material(tx.COBBLE, 0.16, scene.pick((solids.STONE, solids.BRICKWORK)))
     turn = scene.rng.uniform(0, np.pi)
     scene.box((0.85, 0.85, height - 0.06), (0, 0, 0), stone, turn)
@@ -133,7 +133,7 @@ def block(scene: Scene, height: float) -> None:
 
 
 def still_life(scene: Scene) -> None:
-    """A garden table with things on it, at the origin, and low walls and pots around."""
+    """Add a garden table with things on it, at the origin, and low walls and pots around."""
     rng = scene.rng
     scene.cylinder(0.3, 0.62, (0, 0, 0), scene.material(tx.BRICK, 0.2, solids.BRICKWORK))
     wood = scene.material(tx.PLANK, 0.12, scene.pick((solids.WOOD, solids.OAK)), gloss=0.2)

@@ -24,7 +24,7 @@ def room(rng: np.random.Generator, width: float, depth: float, seats: int) -> Sc
 
 
 def shell(rng: np.random.Generator, width: float, depth: float) -> Scene:
-    """Floor, ceiling, a rug, and walls with what stands against them; its middle is free."""
+    """Make floor, ceiling, a rug, and walls with what stands against them; its middle is free."""
     lamp = np.array([rng.uniform(-0.8, 0.8), rng.uniform(-0.8, 0.8), LAMP])
     scene = Scene(rng, lamp, 0.62, outdoor=False)
     floor = scene.material(tx.PLANK, 0.16, scene.pick((solids.WOOD, solids.OAK)), gloss=0.15)
@@ -39,7 +39,7 @@ def shell(rng: np.random.Generator, width: float, depth: float) -> Scene:
 
 
 def living_room(rng: np.random.Generator, width: float, depth: float) -> Scene:
-    """A cluttered room; its subject is one large thing near a wall, which faces the middle."""
+    """Make a cluttered room; its subject is one large thing near a wall, which faces the middle."""
     scene = shell(rng, width, depth)
     with scene.as_object(SUBJECT + 1):
         _table(scene, (rng.normal(0, 0.15), rng.normal(0, 0.1)))
@@ -56,7 +56,7 @@ def living_room(rng: np.random.Generator, width: float, depth: float) -> Scene:
 
 
 def pedestal(scene: Scene, height: float) -> None:
-    """A round table at the origin, its top at a height, a cloth on it."""
+    """Add a round table at the origin, its top at a height, a cloth on it."""
     wood = scene.material(tx.PLANK, 0.12, scene.pick((solids.WOOD, solids.OAK)), gloss=0.2)
     scene.cylinder(0.3, 0.03, (0, 0, 0.02), wood)
     scene.cylinder(0.07, height - 0.05, (0, 0, 0.02), wood)

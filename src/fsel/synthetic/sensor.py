@@ -18,7 +18,7 @@ SKY = 1e4  # metres
 
 
 def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.ndarray:
-    """(N, h, w, 3) uint8 images of a shot.
+    """Return (N, h, w, 3) uint8 images of a shot.
 
     Args:
         caster: of the scene.
@@ -47,7 +47,7 @@ def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.nda
 
 
 def motion(begin, middle, end, depth, camera: Camera, rays) -> np.ndarray:
-    """(N,) pixels that the image moves in an exposure: 95th percentile over a frame.
+    """Return (N,) pixels that the image moves in an exposure: 95th percentile over a frame.
 
     Args:
         begin: (N, 3, 4) world-to-camera when the shutter opens.
@@ -91,12 +91,12 @@ def exact_depth(caster: Caster, poses: np.ndarray, rays: np.ndarray) -> np.ndarr
 
 
 def exact_objects(caster: Caster, poses: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    """(N, h * w) uint8 numbers of the objects at pixel centres, mid-exposure; 0 for none."""
+    """Return (N, h * w) uint8 numbers of the objects at pixel centres, mid-exposure; 0 for none."""
     return np.array([caster.objects(*to_world(pose, rays)) for pose in poses])
 
 
 def to_world(pose: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and unit directions in the world of (n, 3) camera rays, float32."""
+    """Return origins and unit directions in the world of (n, 3) camera rays, float32."""
     directions = (rays @ pose[:, :3]).astype(np.float32)
     directions /= lengths(directions)[:, None]
     center = (-pose[:, :3].T @ pose[:, 3]).astype(np.float32)
@@ -104,7 +104,7 @@ def to_world(pose: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def unproject(camera: Camera) -> np.ndarray:
-    """(h * w, 3) camera rays with z = 1 through the pixel centres."""
+    """Return (h * w, 3) camera rays with z = 1 through the pixel centres."""
     x, y = pixel_centers(camera.width, camera.height)
     pixels = np.stack([x.ravel(), y.ravel()], axis=1)
     flat = np.asarray(camera.colmap.cam_from_img(pixels))
@@ -112,7 +112,7 @@ def unproject(camera: Camera) -> np.ndarray:
 
 
 def project(camera: Camera, points: np.ndarray) -> np.ndarray:
-    """(n, 2) pixels of (n, 3) camera points; those behind the camera land far outside."""
+    """Return (n, 2) pixels of (n, 3) camera points; those behind the camera land far outside."""
     out = np.full((len(points), 2), -1e6)
     ahead = points[:, 2] > 1e-6
     out[ahead] = np.asarray(camera.colmap.img_from_cam(points[ahead]))

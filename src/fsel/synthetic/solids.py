@@ -66,25 +66,25 @@ class Scene:
         self.materials.append(material)
 
     def box(self, size, at, material, turn=0.0):
-        """A box standing on `at` (its bottom's centre)."""
+        """Add a box standing on `at` (its bottom's centre)."""
         at = np.asarray(at, float) + [0, 0, size[2] / 2]
         self.add(meshes.box(size), material, at, turn)
 
     def roof(self, size, at, material, turn=0.0):
-        """A gable over a (depth, width, height) base, its ridge along the width."""
+        """Add a gable over a (depth, width, height) base, its ridge along the width."""
         self.add(meshes.gable(size), material, at, turn)
 
     def cylinder(self, radius, height, at, material):
-        """A cylinder standing on `at`."""
+        """Add a cylinder standing on `at`."""
         middle = np.asarray(at, float) + [0, 0, height / 2]
         self.add(meshes.cylinder(radius, height), material, middle)
 
     def blob(self, size, at, material):
-        """An ellipsoid centred on `at`."""
+        """Add an ellipsoid centred on `at`."""
         self.add(meshes.sphere(2).scaled(size), material, at, self.rng.uniform(0, np.pi))
 
     def lathe(self, profile, at, material):
-        """A turned solid from (radius, height) pairs, standing on `at`."""
+        """Add a turned solid from (radius, height) pairs, standing on `at`."""
         self.add(meshes.lathe(profile, sections=32), material, at)
 
     def material(self, kind: int, scale: float, tint: Tint, gloss: float = 0.0, accent=0.05):
@@ -104,31 +104,31 @@ class Scene:
         return tx.material(kind, first, second, third, scale, int(rng.integers(1, 10_000)), gloss)
 
     def pick(self, choices):
-        """One of the choices."""
+        """Return one of the choices."""
         return choices[int(self.rng.integers(len(choices)))]
 
     def of_objects(self) -> np.ndarray:
-        """(n,) uint8 number of the object that each triangle belongs to, 0 for none."""
+        """Return (n,) uint8 number of the object that each triangle belongs to, 0 for none."""
         numbers = np.zeros(len(self.meshes), np.uint8)
         for number, rows in self.objects.items():
             numbers[rows] = number
         return np.repeat(numbers, [len(m.faces) for m in self.meshes])
 
     def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Triangles (n, 3, 3) float32, their material (n,) int32, the material table."""
+        """Return triangles (n, 3, 3) float32, their material (n,) int32, the material table."""
         triangles = np.concatenate([m.triangles for m in self.meshes]).astype(np.float32)
         counts = [len(m.faces) for m in self.meshes]
         return triangles, np.repeat(self.owner, counts).astype(np.int32), np.array(self.materials)
 
 
 def hsv(hue: float, saturation: float, value: float) -> np.ndarray:
-    """RGB in 0..1; the hue wraps."""
+    """Return RGB in 0..1; the hue wraps."""
     k = (np.array([5, 3, 1]) + 6 * (hue % 1)) % 6
     return value - value * saturation * np.clip(np.minimum(k, 4 - k), 0, 1)
 
 
 def clutter(scene: Scene, base) -> None:
-    """A few small things on a surface: boxes, vases, bowls."""
+    """Add a few small things on a surface: boxes, vases, bowls."""
     rng = scene.rng
     for _ in range(int(rng.integers(2, 5))):
         spot = base + [rng.uniform(-0.3, 0.3), rng.uniform(-0.12, 0.12), 0]
@@ -146,7 +146,7 @@ def clutter(scene: Scene, base) -> None:
 
 
 def plant(scene: Scene, base) -> None:
-    """A pot of leaves."""
+    """Add a pot of leaves."""
     pot = scene.material(tx.NOISE, 0.1, TERRACOTTA)
     scene.lathe([(0, 0), (0.14, 0), (0.2, 0.32), (0.16, 0.35), (0, 0.35)], base, pot)
     stem = scene.material(tx.PLANK, 0.1, WOOD)

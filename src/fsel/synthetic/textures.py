@@ -16,7 +16,7 @@ HORIZON = np.array([0.68, 0.77, 0.84], np.float32)
 
 
 def material(kind: int, first, second, third, scale: float, seed: int, gloss: float = 0.0):
-    """One row of the material table: colours are linear RGB in 0..1, scale in metres."""
+    """Return one row of the material table: colours are linear RGB in 0..1, scale in metres."""
     return np.array([kind, *first, *second, *third, scale, seed, gloss], np.float32)
 
 

@@ -29,27 +29,27 @@ class Bench:
         self.at = np.asarray(at, float)
 
     def place(self, x: float, y: float, z: float) -> np.ndarray:
-        """(3,) a point of the object in the scene."""
+        """Return (3,) a point of the object in the scene."""
         c, s = np.cos(self.turn), np.sin(self.turn)
         return self.at + [c * x - s * y, s * x + c * y, z]
 
     def box(self, size, where, material) -> None:
-        """A box standing on `where`."""
+        """Add a box standing on `where`."""
         self.scene.box(size, self.place(*where), material, self.turn)
 
     def ball(self, radii, where, material) -> None:
-        """An ellipsoid centred on `where`."""
+        """Add an ellipsoid centred on `where`."""
         self.scene.add(meshes.sphere(3).scaled(radii), material, self.place(*where), self.turn)
 
     def wheel(self, radius: float, width: float, where, material) -> None:
-        """A cylinder whose axis is the object's x, centred on `where`."""
+        """Add a cylinder whose axis is the object's x, centred on `where`."""
         self.scene.add(
             meshes.cylinder(radius, width).lying(), material, self.place(*where), self.turn
         )
 
 
 def teddy(scene: Scene, at, turn: float) -> None:
-    """A sitting bear, half a metre high."""
+    """Add a sitting bear, half a metre high."""
     bench, fur = Bench(scene, at, turn), scene.pick(FUR)
     brown = scene.material(tx.NOISE, 0.03, fur)
     pale = scene.material(tx.NOISE, 0.03, (fur[0], fur[1] * 0.5, min(fur[2] * 1.35, 0.9)))
@@ -71,7 +71,7 @@ def teddy(scene: Scene, at, turn: float) -> None:
 
 
 def truck(scene: Scene, at, turn: float) -> None:
-    """A toy lorry with a load."""
+    """Add a toy lorry with a load."""
     bench = Bench(scene, at, turn)
     paint = scene.material(tx.PLAIN, 0.2, scene.pick(TOYS), gloss=0.5)
     bed = scene.material(tx.STRIPE, 0.08, scene.pick(TOYS), gloss=0.3, accent=0.1)
@@ -100,7 +100,7 @@ def truck(scene: Scene, at, turn: float) -> None:
 
 
 def bouquet(scene: Scene, at, turn: float) -> None:
-    """Flowers in a painted vase."""
+    """Add flowers in a painted vase."""
     bench, rng = Bench(scene, at, turn), scene.rng
     kind = scene.pick((tx.RUG, tx.STRIPE, tx.POSTER))
     glaze = scene.material(kind, 0.05, scene.pick((*TOYS, solids.MARBLE)), gloss=0.4, accent=0.3)
@@ -121,7 +121,7 @@ def bouquet(scene: Scene, at, turn: float) -> None:
 
 
 def houseplant(scene: Scene, at, turn: float) -> None:
-    """A pot with broad leaves."""
+    """Add a pot with broad leaves."""
     bench, rng = Bench(scene, at, turn), scene.rng
     pot = scene.material(scene.pick((tx.NOISE, tx.STRIPE)), 0.06, solids.TERRACOTTA, accent=0.2)
     profile = [(0, 0), (0.09, 0), (0.13, 0.2), (0.145, 0.2), (0.145, 0.235), (0, 0.235)]
@@ -138,7 +138,7 @@ def houseplant(scene: Scene, at, turn: float) -> None:
 
 
 def satchel(scene: Scene, at, turn: float) -> None:
-    """A standing bag with a flap, pockets and a handle."""
+    """Add a standing bag with a flap, pockets and a handle."""
     bench, tint = Bench(scene, at, turn), scene.pick(LEATHER)
     hide = scene.material(tx.NOISE, 0.06, tint, gloss=0.2)
     strap = scene.material(tx.PLANK, 0.03, scene.pick((solids.OAK, *TOYS)))
@@ -160,7 +160,7 @@ SMALL = (teddy, truck, bouquet, houseplant, satchel)
 
 
 def sofa(scene: Scene, at, turn: float, width: float) -> None:
-    """An upholstered seat with arms, cushions and feet."""
+    """Add an upholstered seat with arms, cushions and feet."""
     bench = Bench(scene, at, turn)
     kind = scene.pick((tx.STRIPE, tx.NOISE, tx.RUG))
     cloth = scene.material(kind, 0.12, scene.pick(solids.CLOTHS + FUR))
@@ -181,7 +181,7 @@ def sofa(scene: Scene, at, turn: float, width: float) -> None:
 
 
 def dresser(scene: Scene, at, turn: float) -> None:
-    """A chest of drawers with knobs, standing free."""
+    """Add a chest of drawers with knobs, standing free."""
     bench = Bench(scene, at, turn)
     tint = scene.pick((solids.WOOD, solids.OAK, TOYS[1], TOYS[3]))
     body = scene.material(tx.PLANK, 0.12, tint, gloss=0.2)
@@ -199,12 +199,12 @@ def dresser(scene: Scene, at, turn: float) -> None:
 
 
 def armchair(scene: Scene, at, turn: float) -> None:
-    """A sofa for one."""
+    """Add a sofa for one."""
     sofa(scene, at, turn, 0.92)
 
 
 def settee(scene: Scene, at, turn: float) -> None:
-    """A sofa for two."""
+    """Add a sofa for two."""
     sofa(scene, at, turn, 1.35)
 
 

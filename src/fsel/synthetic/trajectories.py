@@ -49,7 +49,7 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def spline_path(rng, positions: np.ndarray, looks: np.ndarray, jitter: float) -> Path:
-    """A path through waypoints, with hand jitter of the given size in metres."""
+    """Make a path through waypoints, with hand jitter of the given size in metres."""
     knots = np.linspace(0, 1, len(positions))
     fine = np.linspace(0, 1, 6 * len(positions))
     wobble = rng.normal(0, jitter, (len(fine), 3))
@@ -62,7 +62,7 @@ def spline_path(rng, positions: np.ndarray, looks: np.ndarray, jitter: float) ->
 
 
 def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01) -> Path:
-    """An inward orbit around the origin, climbing through the given heights."""
+    """Make an inward orbit around the origin, climbing through the given heights."""
     turns = int(9 * loops) + 3
     start = rng.uniform(0, 2 * np.pi)
     angle = start + rng.choice([-1, 1]) * np.linspace(0, 2 * np.pi * loops, turns)
@@ -77,7 +77,7 @@ def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01)
 def ring_walk(
     rng, half_width: float, half_depth: float, height: float, loops: float, gaze=(0.6, 1.3)
 ) -> Path:
-    """A walk around a room's middle, looking across it, now at walls, now at the table.
+    """Make a walk around a room's middle, looking across it, now at walls, now at the table.
 
     The heights that are looked at lie within `gaze`, metres.
     """
@@ -95,7 +95,7 @@ def ring_walk(
 
 
 def street_walk(rng, length: float) -> Path:
-    """A walk along a gentle curve past houses, the gaze swinging from side to side."""
+    """Make a walk along a gentle curve past houses, the gaze swinging from side to side."""
     turns = 12
     along = np.linspace(-length / 2, length / 2, turns)
     heading = rng.uniform(0, 2 * np.pi)
@@ -111,7 +111,7 @@ def street_walk(rng, length: float) -> Path:
 
 
 def pauses(rng, frames: int, count: int) -> np.ndarray:
-    """(frames,) bool, true in `count` separate runs in which the camera lingers."""
+    """Return (frames,) bool, true in `count` separate runs in which the camera lingers."""
     run = max(3, frames // 20)
     still = np.zeros(frames, dtype=bool)
     for start in run * rng.choice(frames // run, size=count, replace=False):
@@ -120,7 +120,7 @@ def pauses(rng, frames: int, count: int) -> np.ndarray:
 
 
 def timing(rng, still: np.ndarray) -> np.ndarray:
-    """(N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,).
+    """Return (N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,).
 
     The walk quickens or slows by a factor of at most exp(HURRY).
     """
@@ -134,7 +134,7 @@ def timing(rng, still: np.ndarray) -> np.ndarray:
 
 
 def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
-    """(N, 3) angular velocity of hand shake during the exposure, radians an exposure.
+    """Return (N, 3) angular velocity of hand shake during the exposure, radians an exposure.
 
     Mild everywhere; `count` runs of a few frames, none of them still (N,), are shaken `strength`
     radians.
@@ -204,7 +204,7 @@ class Shot:
     lost: np.ndarray
 
     def poses(self, moment: np.ndarray) -> np.ndarray:
-        """(N, 3, 4) world-to-camera at (N,) moments of the exposure, -0.5 to 0.5."""
+        """Return (N, 3, 4) world-to-camera at (N,) moments of the exposure, -0.5 to 0.5."""
         parts, at = [], 0
         for path, s, shake in self.passes:
             now = moment[at : at + len(s)]

@@ -14,7 +14,7 @@ EMPTY = -2.0  # score of a view that no splat reaches: below that of full covera
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
-    """(count, 3) float32 unit vectors, evenly spread on a spiral."""
+    """Return (count, 3) float32 unit vectors, evenly spread on a spiral."""
     turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
     z = 1 - (2 * np.arange(count) + 1) / count
     radius = np.sqrt(1 - z**2)

@@ -118,7 +118,7 @@ def shared_points(of, tracks, out):
 
 @exact
 def most_shared(tracks):
-    """The largest number of points that two rows share."""
+    """Return the largest number of points that two rows share."""
     n = len(tracks[4]) - 1
     counts = np.empty(n, np.int64)
     most = 0
@@ -158,7 +158,7 @@ def scores_with(of, tracks, out):
 
 @exact
 def score_rows(rows, tracks):
-    """(b, n) float32 of (b,) rows what `scores_with` writes of each."""
+    """Return (b, n) float32 of (b,) rows what `scores_with` writes of each."""
     out = np.empty((len(rows), len(tracks[4]) - 1), np.float32)
     for b in range(len(rows)):
         scores_with(rows[b], tracks, out[b])
@@ -167,7 +167,7 @@ def score_rows(rows, tracks):
 
 @exact
 def score_sums(tracks):
-    """(n,) every row's scores with all others, summed; each pair is met once."""
+    """Return (n,) every row's scores with all others, summed; each pair is met once."""
     point_start, row, _, bearing, row_start, _ = tracks
     out = np.zeros(len(row_start) - 1)
     for p in range(len(point_start) - 1):

@@ -18,7 +18,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:
-    """Greedy MAP by an incremental Cholesky factor (Chen, Zhang and Zhou 2018).
+    """Find the greedy MAP by an incremental Cholesky factor (Chen, Zhang and Zhou 2018).
 
     Every frame is equally good a first pick: the one most similar to all is taken. Later ties go to
     the lowest row. Once the kernel's rank is exhausted, every frame left adds the jitter alone.

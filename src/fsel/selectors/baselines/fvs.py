@@ -9,7 +9,7 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Greedy farthest-point sampling from a random first view."""
+    """Sample farthest points greedily from a random first view."""
     pool = problem.observed
     return farthest_views(pool, problem.capture.centers, k, int(rng.choice(pool))).astype(np.int64)
 

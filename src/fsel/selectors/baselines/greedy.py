@@ -60,7 +60,7 @@ def lazy_greedy(
 
 
 def locate(values: Callable[[np.ndarray], np.ndarray], bounds: np.ndarray, k: int) -> np.ndarray:
-    """Greedy facility location: the rows S that raise sum_i max_{j in S} values(j)[i] most.
+    """Locate facilities greedily: the rows S that raise sum_i max_{j in S} values(j)[i] most.
 
     Args:
         values: (b,) rows -> (b, n) float32, none negative; computed in blocks, never all at once.

@@ -15,7 +15,7 @@ SPREAD = 0.5  # of the Gaussian over positions, in the cameras' root mean square
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Each next frame is the one whose greatest similarity to the selected is least.
+    """Pick the frame whose greatest similarity to the selected is least.
 
     Starts from the most central camera; ties go to the lowest frame.
     """

@@ -18,7 +18,7 @@ Rows = Callable[[np.ndarray], np.ndarray]
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM).
+    """Return the medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM).
 
     Distances of a larger pool are made for blocks of rows as needed: memory stays linear in
     the pool. Time grows with its square by definition: every swap is weighed against all frames.

@@ -13,7 +13,7 @@ ROUNDING = 1e-9  # of distances between points of about unit size
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The nearest free frame of each cluster's mean.
+    """Return the nearest free frame of each cluster's mean.
 
     Centres are divided by their radius about their mean, so that the world's unit has no effect.
     The first means are a farthest-point sample from the most central frame, so that the result is
@@ -29,7 +29,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
-    """Lloyd's algorithm: (n, d) points and (k, d) first means -> (k, d) means.
+    """Run Lloyd's algorithm: (n, d) points and (k, d) first means -> (k, d) means.
 
     Stops when no point changes its cluster; a cluster left empty keeps its mean.
     """
@@ -50,7 +50,7 @@ def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
 
 
 def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
-    """(k,) int64 rows: the nearest one to each mean that no mean before it took.
+    """Return (k,) int64 rows: the nearest one to each mean that no mean before it took.
 
     Both members of a pair are equally near to their mean: the more central one is taken, so that
     rounding does not choose.

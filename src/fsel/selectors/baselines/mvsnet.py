@@ -14,7 +14,7 @@ ROUNDING = 1e-4  # relative error of sums in float32, at most
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The frames whose scores with the proxies have the largest sum; ties go to the lowest.
+    """Return the frames whose scores with the proxies have the largest sum; ties go to the lowest.
 
     Scores are sums over shared sparse points (without any, predicted ones: see
     `covisibility.tracks`).
@@ -30,7 +30,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def facility_location(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Greedy maximisation of sum_i max_{j in S} s(i, j) over the pool's frames i.
+    """Maximise sum_i max_{j in S} s(i, j) over the pool's frames i, greedily.
 
     Scores are made for blocks of rows as needed: memory stays linear in the pool.
     """

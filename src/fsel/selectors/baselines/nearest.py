@@ -9,7 +9,7 @@ from fsel.core.problem import Method, Problem
 
 
 def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
-    """(k,) frames of a pool: each target in turn takes its closest free frame.
+    """Return (k,) frames of a pool: each target in turn takes its closest free frame.
 
     The distance is the split's own; ties go to the lowest frame.
     """
@@ -21,7 +21,7 @@ def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
 
 
 def in_turn(distance: np.ndarray, k: int) -> np.ndarray:
-    """(k,) rows of (n, T) distances: each column in turn takes its least free row."""
+    """Return (k,) rows of (n, T) distances: each column in turn takes its least free row."""
     free, picks = distance.copy(), np.empty(k, dtype=np.int64)
     for turn in range(k):
         target = turn % distance.shape[1]

@@ -11,7 +11,7 @@ from fsel.selectors.baselines.greedy import most_central
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Greedy farthest-point sampling under |c_i - c_j| + 2 r (1 - n_ij / max n).
+    """Sample farthest points greedily under |c_i - c_j| + 2 r (1 - n_ij / max n).
 
     n_ij counts shared sparse points (without any, predicted ones: see `covisibility.tracks`), r is
     the cameras' radius about their mean. Starts from the most central camera; ties go to the lowest

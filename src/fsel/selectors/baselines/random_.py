@@ -8,7 +8,7 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The first k of a random order of the pool."""
+    """Return the first k of a random order of the pool."""
     return rng.permutation(problem.observed)[:k]
 
 

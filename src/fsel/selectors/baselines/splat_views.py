@@ -57,7 +57,7 @@ class Criterion(Protocol):
     """The value of a further view, given the picks."""
 
     def scores(self) -> np.ndarray:
-        """(V,) of every view; the largest is picked."""
+        """Return (V,) of every view; the largest is picked."""
 
     def add(self, row: int) -> None:
         """Count a view as picked."""
@@ -124,7 +124,7 @@ def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
 
 
 def held_by(blends: Blends, row: int) -> np.ndarray:
-    """(n,) whether each splat lies within a view's image, hidden or not."""
+    """Return (n,) whether each splat lies within a view's image, hidden or not."""
     across, down, key = _room(blends.splats.shape[1])
     k = blends.intrinsics[row]
     _project(blends.splats, blends.poses[row], k, *blends.size, across, down, key)
