@@ -46,7 +46,7 @@ def made_by(facts: Mapping) -> str:
 
 
 def printed(reconstruction: Mapping) -> str:
-    """A reconstructor and its image size, in LaTeX.
+    """Name a reconstructor and its image size, in LaTeX.
 
     Args:
         reconstruction: `reconstructor` and `long_side` in pixels.
@@ -56,7 +56,7 @@ def printed(reconstruction: Mapping) -> str:
 
 
 def note(facts: Mapping) -> str:
-    """One plain line under a figure: which captures and reconstructor made it.
+    """Say in one plain line which captures and reconstructor made a figure.
 
     Args:
         facts: as in `made_by`.

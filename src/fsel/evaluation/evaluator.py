@@ -100,14 +100,14 @@ class Evaluator:
         return cls(reconstructor, frames, capture.view(frames), truth, masks, chosen)
 
     def measure(self, subset: np.ndarray) -> Measured:
-        """Scores and costs of (K,) distinct frames, in any order; or how they came to no end."""
+        """Return scores and costs of (K,) distinct frames, in any order; or why there are none."""
         key = subset_key(subset)
         if key not in self._known:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
 
     def scores(self, subset: np.ndarray) -> np.ndarray:
-        """(T, M) metrics, a row a view.
+        """Return (T, M) metrics, one row a view.
 
         Raises:
             Unfinished: when the reconstruction does not finish: a search cannot rank it.
@@ -118,7 +118,7 @@ class Evaluator:
         return measured.scores
 
     def __call__(self, subset: np.ndarray) -> np.ndarray:
-        """(M,) metrics averaged over the views; errors as of `scores`."""
+        """Return (M,) metrics averaged over the views; errors as of `scores`."""
         return self.scores(subset).mean(axis=0)
 
     def _reconstructed(self, subset: np.ndarray) -> Measured:

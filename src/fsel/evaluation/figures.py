@@ -29,14 +29,14 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def new_figure(size: tuple[float, float]) -> Figure:
-    """An empty figure of a width and height in inches; no window belongs to it."""
+    """Create an empty figure of a width and height in inches, without a window."""
     from matplotlib.figure import Figure  # here: jobs that draw nothing do without
 
     return Figure(figsize=size, layout="constrained")
 
 
 def style(number: int) -> dict[str, Any]:
-    """Colour, dashes and marker of a figure's series: eight that are told apart without colour."""
+    """Return colour, dashes and marker of a series: eight differ without colour."""
     at = number % len(COLORS)
     return {
         "color": COLORS[at],
@@ -55,7 +55,7 @@ def name_axes(axis: Axes, across: str, up: str) -> None:
 
 
 def footnote(figure: Figure, text: str) -> None:
-    """A small line under a figure, broken to its width: what made the numbers."""
+    """Write a small line under a figure, wrapped to its width: what made the numbers."""
     width = int(LETTERS * figure.get_figwidth())
     figure.supxlabel("\n".join(textwrap.wrap(text, width)), fontsize=6)
 
@@ -68,13 +68,13 @@ def save(figure: Figure, outputs: Sequence[str | Path], sharpness: int = SHARPNE
 
 
 def plan_positions(capture: Capture) -> np.ndarray:
-    """(N, 2) camera centres on the horizontal plane, world units, centred on their middle."""
+    """Return (N, 2) camera centres on the horizontal plane, world units, about their middle."""
     flat = capture.centers @ np.stack(plane_basis(upwards(capture.world_to_camera)), axis=1)
     return flat - (flat.min(axis=0) + flat.max(axis=0)) / 2
 
 
 def draw_cameras(axis: Axes, places: np.ndarray, targets: np.ndarray, size: float = 4.0) -> None:
-    """All cameras as grey dots and the targets as open diamonds; equal scales, no ticks.
+    """Draw all cameras as grey dots and the targets as open diamonds; equal scales, no ticks.
 
     Args:
         axis: to draw into.

@@ -32,7 +32,7 @@ def gains(
     datasets: Sequence[str],
     budgets: Sequence[int],
 ) -> pd.DataFrame:
-    """PSNR gain of a method over the baseline with the highest mean in each cell.
+    """Compute a method's PSNR gain over the baseline with the highest mean in each cell.
 
     The baseline is chosen on the scenes that it is compared on, which favours it. The mark needs no
     choice: the method is ahead of every baseline, by Holm's correction over all cells.
@@ -73,7 +73,7 @@ def draw(
     outputs: Sequence[str | Path],
     reconstructor: str = "",
 ) -> None:
-    """One panel a method, on one colour scale from the least gain, or zero, to the greatest.
+    """Draw one panel a method, on one colour scale from the least gain, or zero, to the greatest.
 
     Args:
         panels: title -> what `gains` returned; all over the same datasets and budgets.

@@ -22,19 +22,19 @@ SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
 
 
 def tex(text: str) -> str:
-    """Plain text with LaTeX's special characters escaped."""
+    """Escape LaTeX's special characters in plain text."""
     return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 def number(value: float, metric: str) -> str:
-    """A metric's value with its decimals; without a unit, as in the paper, no leading zero."""
+    """Format a metric's value; without a unit, as in the paper, no leading zero."""
     own = REGISTERED[metric]
     text = own.printed(value)
     return text if own.unit else text.replace("0.", ".", 1)
 
 
 def difference(value: float, low: float, high: float) -> str:
-    """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
+    """Format a difference in dB with its 95% interval, bold where that excludes zero.
 
     One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. The text
     is empty for NaN, which is of a reconstruction that did not finish.
@@ -59,7 +59,7 @@ def sweep_table(
     caption: str,
     label: str,
 ) -> str:
-    """Two datasets side by side, one row a method, one cell a budget.
+    """Set two datasets side by side, one row a method, one cell a budget.
 
     Args:
         summary: see `fsel.evaluation.summary.summarise`.
@@ -82,7 +82,7 @@ def sweep_table(
 
 
 def _page(blocks: Sequence[str], head: Sequence[str]) -> str:
-    """Blocks below one another, as many as a page holds."""
+    """Stack blocks, as many as a page holds."""
     return "\n".join(
         [
             r"\begin{table*}[t]",
@@ -107,7 +107,7 @@ def plain_table(
     columns: str | None = None,
     groups: Sequence[tuple[str, int]] = (),
 ) -> str:
-    """A table of ready cells, in LaTeX.
+    """Write a table of ready cells in LaTeX.
 
     Args:
         header: of each column.
@@ -148,7 +148,7 @@ def dataset_table(
     caption: str,
     label: str,
 ) -> str:
-    """A row a dataset, a column a budget.
+    """Write a table in LaTeX with a row a dataset and a column a budget.
 
     Args:
         texts: (dataset, budget) -> cell.
@@ -174,7 +174,7 @@ class _Sheet:
         self.ended: Mapping[tuple, str] = {}  # dataset, method, budget, metric -> outcome
 
     def block(self, datasets: Mapping[str, str], groups: Sequence[Mapping[str, str]]) -> str:
-        """One tabular: the given datasets side by side."""
+        """Write one tabular: the given datasets side by side."""
         width = len(self.budgets)
         heads, rules = [], []
         for i, (name, title) in enumerate(datasets.items()):
@@ -196,7 +196,7 @@ class _Sheet:
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}"])
 
     def row(self, datasets: Mapping[str, str], method: str, title: str) -> str:
-        """A method's row; one wide cell where it takes every frame."""
+        """Write a method's row; one wide cell where it takes every frame."""
         parts = [title]
         last = list(datasets)[-1]
         for dataset in datasets:
@@ -209,7 +209,7 @@ class _Sheet:
         return " & ".join(parts) + r" \\"
 
     def cell(self, dataset: str, method: str, k: int) -> str:
-        """All metrics of a cell, those that lead their column in bold."""
+        """Write all metrics of a cell, those that lead their column in bold."""
         if (dataset, method, k, "psnr") not in self.means:
             return MISSING
         if ended := self.ended.get((dataset, method, k, "psnr")):
@@ -222,7 +222,7 @@ class _Sheet:
         return "/".join(texts)
 
     def best(self, dataset: str, k: int, metric: str) -> str | None:
-        """The leading number of a column as printed, so that equal prints share the lead."""
+        """Return the leading number of a column as printed, so that equal prints share the lead."""
         values = [
             self.means[dataset, method, k, metric]
             for method in self.ranked

@@ -60,7 +60,7 @@ RngFactory = Callable[[Run, int], np.random.Generator]
 
 
 def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[Run]:
-    """Every method with each of its seeds; then the learned methods, one scorer a training seed.
+    """List every method with each of its seeds, then the learned methods, one run a scorer.
 
     Args:
         methods: values of a registry, in order.
@@ -75,7 +75,7 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
 
 
 def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
-    """One run a scorer, in the order of `KNOWN`, then of the files; arguments as in `runs`."""
+    """List one run a scorer, in the order of `KNOWN`, then of the files; arguments as in `runs`."""
     learned: list[Run] = []
     seeds: Counter[str] = Counter()
     for path in weights:
@@ -140,7 +140,7 @@ def picks_at(
 def select(
     problem: Problem, runs: Iterable[Run], budgets: Sequence[int], rng_of: RngFactory
 ) -> dict[str, np.ndarray]:
-    """The picks of every run at every budget, one row a pick.
+    """Pick frames by every run at every budget, one row a pick.
 
     Args:
         problem: the selection problem.
@@ -206,5 +206,5 @@ def measured(evaluator: Evaluator, subset: np.ndarray) -> dict[str, Any]:
 
 
 def measured_units(metrics: Metrics = METRICS) -> dict[str, str]:
-    """Column -> unit of what `measured` returns."""
+    """Return column -> unit of what `measured` returns."""
     return {**units(metrics), **COST_UNITS}

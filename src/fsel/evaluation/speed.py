@@ -18,7 +18,7 @@ SEARCHES = {
 
 
 def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
-    """PSNR of a reference minus that of each method, where both were measured.
+    """Compute the PSNR of a reference minus that of each method, where both were measured.
 
     Args:
         cells: dataset, scene, draw, method, psnr at one budget.
@@ -53,7 +53,7 @@ def draw(
     selected: str,
     k: int,
 ) -> None:
-    """Three panels: methods, the reconstructor's settings (depth, PSNR), evaluations of a search.
+    """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search.
 
     Args:
         methods: method, seconds, gap; labels: method -> printed name; ours: set apart by colour.
@@ -99,7 +99,7 @@ def _draw_curves(axis, curves: pd.DataFrame) -> None:
 
 
 def _draw_settings(axis, settings: pd.DataFrame) -> None:
-    """A colour and a marker a setting, its values tied to the default, which is a star."""
+    """Draw a colour and a marker a setting, its values tied to the default, which is a star."""
     default = settings[settings["default"]].iloc[-1]
     for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
         changed = part[~part["default"]].sort_values("seconds")
@@ -124,7 +124,7 @@ def _draw_settings(axis, settings: pd.DataFrame) -> None:
 
 
 def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
-    """One labelled point a method; down and left is better."""
+    """Draw one labelled point a method; down and left is better."""
     axis.axhline(0, color="0.6", linewidth=0.8)
     axis.set_xscale("log")
     points = points.sort_values("gap", kind="stable").reset_index(drop=True)

@@ -40,7 +40,7 @@ class Interval(NamedTuple):
 
 
 def of_places(values: np.ndarray) -> Interval:
-    """Student's t interval of a mean.
+    """Compute Student's t interval of a mean.
 
     Args:
         values: (n,) one mean a place, independent of one another.
@@ -60,7 +60,7 @@ def of_places(values: np.ndarray) -> Interval:
 
 
 def of_places_and_seeds(values: np.ndarray) -> Interval:
-    """Interval of a mean over places and training seeds, both being samples.
+    """Compute the interval of a mean over places and training seeds, both being samples.
 
     A seed moves all places together, which the places' spread does not show. The squared reach of
     the interval is the sum of both parts' variances, each times the square of its own Student
@@ -112,7 +112,7 @@ def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """Holm's (1979) adjusted p-values, in the order of the given ones; NaN stays NaN.
+    """Adjust p-values by Holm (1979), in the order of the given ones; NaN stays NaN.
 
     Args:
         p: (m,) of the tests that are read together.

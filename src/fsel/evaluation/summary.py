@@ -26,7 +26,7 @@ Column = tuple[str, str, int]  # metric, method, budget
 def draw_means(
     evaluation: pd.DataFrame, metrics: Collection[str], *, by_seed: bool = False
 ) -> pd.DataFrame:
-    """One row a method and budget of a draw: means over targets within a seed, then over seeds.
+    """Average a draw over targets within a seed, then over seeds: one row a method and budget.
 
     Args:
         evaluation: rows of one draw's evaluation: method, seed, k, target, metrics.
@@ -50,7 +50,7 @@ def draw_means(
 
 
 def with_all_datasets(cells: pd.DataFrame) -> pd.DataFrame:
-    """The cells, and once more those of methods and budgets that every dataset has, as one dataset.
+    """Append, as one more dataset, the cells of methods and budgets that every dataset has.
 
     Args:
         cells: dataset, scene, draw, method, k, metrics.
@@ -97,7 +97,7 @@ class _Part:
                 self._seeds[metric, method, k] = parted[metric][k].to_numpy()
 
     def interval(self, column: Column, less: Column | None = None) -> Interval:
-        """Interval of a column's mean over places, or of its difference to another.
+        """Compute the interval of a column's mean over places, or of its difference to another.
 
         Raises:
             ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
@@ -116,7 +116,7 @@ class _Part:
         return of_places_and_seeds(self._weights[key] @ values[known])
 
     def _of_places(self, column: Column, known: np.ndarray) -> np.ndarray:
-        """(n, rows) weights of means over draws, then over the scenes of a place."""
+        """Return (n, rows) weights of means over draws, then over the scenes of a place."""
         names, counts = np.unique(self.scenes[known], return_counts=True)
         every = len(np.unique(self.scenes))
         if len(names) < every:
@@ -133,7 +133,7 @@ class _Part:
 
 
 def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
-    """Outcomes of the methods and budgets with a reconstruction that did not finish."""
+    """Return the outcomes of methods and budgets with a reconstruction that did not finish."""
     if OUTCOME not in cells:
         return {}
     rows = cells[cells[OUTCOME].fillna(FINISHED) != FINISHED]
@@ -143,7 +143,7 @@ def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
 def summarise(
     cells: pd.DataFrame, metrics: Collection[str], *, trained: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Mean over places of every dataset, method, budget and metric, with a 95 % interval.
+    """Average over places by dataset, method, budget and metric, with a 95 % interval.
 
     Args:
         cells: dataset, scene, draw, method, k, metrics; one row a combination, or one a seed with
@@ -179,7 +179,7 @@ def differences(
     *,
     trained: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Paired differences, method minus reference, at equal budgets, with 95 % intervals.
+    """Compute paired differences, method minus reference, at equal budgets, with 95 % intervals.
 
     A reference that takes every frame is compared at each of the method's budgets.
 
@@ -240,7 +240,7 @@ def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
 
 
 def _sorted(table: pd.DataFrame, cells: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
-    """Rows by the order in which datasets and methods first come in `cells`, then by budget."""
+    """Sort rows by the first place of datasets and methods in `cells`, then by budget."""
     ranks = {
         column: {value: i for i, value in enumerate(cells[column].unique())}
         for column in ("dataset", "method")

@@ -28,13 +28,13 @@ REFERENCES = {
 
 
 def with_all_label(datasets: Mapping[str, str]) -> dict[str, str]:
-    """Labels of the datasets, and of all together where there are several."""
+    """Return the labels of the datasets, and of all together where there are several."""
     together = {ALL_DATASETS: "All datasets"} if len(datasets) > 1 else {}
     return {**datasets, **together}
 
 
 def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str, str | Path]]:
-    """One mapping a file of a problem: dataset, scene, draw, path.
+    """Map each file of a problem to its dataset, scene, draw and path.
 
     Args:
         problems: `dataset/scene/draw0` of each file.
@@ -60,7 +60,7 @@ def place_of(scene: str, facts: Mapping) -> str:
 def of_scenes(
     scenes: Iterable[tuple[str, str]], paths: Iterable[str | Path]
 ) -> list[dict[str, Any]]:
-    """One mapping a file of a scene: dataset, scene, path.
+    """Map each file of a scene to its dataset, scene and path.
 
     Args:
         scenes: dataset and scene of each file.
@@ -77,7 +77,7 @@ def sweep_cells(
     facts: Mapping,
     by_seed: bool = False,
 ) -> pd.DataFrame:
-    """Table of dataset, scene, place, draw, method, k, metrics.
+    """Return the table of dataset, scene, place, draw, method, k, metrics.
 
     The values are means over targets and seeds of each file.
 
@@ -104,7 +104,7 @@ def sweep_cells(
 
 
 def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
-    """Method -> label of the rows between two rules, for methods with a number to print."""
+    """Return method -> label of the rows between two rules, for methods with a number to print."""
     shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
     labels = LABELS | REFERENCES
     groups = (PAPER, FURTHER, LEARNED, REFERENCES)

@@ -116,7 +116,7 @@ def measure_splats(
 
 
 def measure_model(bench: BenchCase, model: Model) -> dict[str, float]:
-    """The numbers of `measure_cold` for a model, but the fit's seconds."""
+    """Measure as `measure_cold` for a model, without the fit's seconds."""
     taken = []
     for _ in range(REPEATS):
         started = time.perf_counter()
@@ -132,7 +132,7 @@ def measure_model(bench: BenchCase, model: Model) -> dict[str, float]:
 
 
 def depth_error(model: Model, bench: BenchCase) -> float:
-    """Median over the targets' pixels of |depth / exact depth - 1|, sky apart.
+    """Compute the median over the targets' pixels of |depth / exact depth - 1|, sky excluded.
 
     NaN where the exact depth is not known, and for models without depth.
     """
@@ -144,7 +144,7 @@ def depth_error(model: Model, bench: BenchCase) -> float:
 
 
 def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
-    """(T, h, w) inverse depth as a model shows it: every splat painted with its own."""
+    """Render (T, h, w) inverse depth: every splat is painted with its own."""
     width, height = views.size
     out = np.empty((len(views), height, width))
     for t, pose in enumerate(model.frame.local_poses(views.world_to_camera)):
@@ -159,7 +159,7 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
 
 
 def halved(model: SplatModel) -> SplatModel:
-    """The model with positions, opacities and depths rounded to float16."""
+    """Round a model's positions, opacities and depths to float16."""
     return replace(model, splats=model.splats.astype(np.float16).astype(np.float32))
 
 

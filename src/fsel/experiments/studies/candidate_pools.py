@@ -84,7 +84,7 @@ def candidate_pools(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """Mean PSNR over all evaluation scenes, a block of rows a setting.
+    """Write the mean PSNR over all evaluation scenes, a block of rows a setting.
 
     Args:
         numbers: receives setting, method, reference (of a difference of ours to it; empty for a

@@ -82,7 +82,7 @@ def _of_reconstruction(place: BenchCase, reconstruction: Mapping) -> list[dict]:
 
 
 def first_view(place: BenchCase) -> BenchCase:
-    """The bench with its first target alone."""
+    """Return the bench with its first target alone."""
     return replace(
         place,
         views=place.views.subset(slice(1)),

@@ -44,7 +44,7 @@ def measure_alone(
     metrics: Metrics = ("psnr",),
     memory: int | None = None,
 ) -> dict[str, Any]:
-    """One reconstruction in a fresh process, so that no other's memory counts.
+    """Measure one reconstruction in a fresh process, so that no other's memory counts.
 
     Args:
         frames: (K,) to reconstruct from; targets: (T,) to render.
@@ -128,7 +128,7 @@ def footprint(
 def fit_and_render(
     reconstructor: Reconstructor, frames: np.ndarray, views: Views, gpu: bool
 ) -> tuple[np.ndarray, Model, float, float]:
-    """The rendered views, the model, and the seconds of fitting and of rendering."""
+    """Return the rendered views, the model, and the seconds of fitting and of rendering."""
     started = _clock(gpu)
     model = reconstructor.fit(frames)
     fitted = _clock(gpu)

@@ -50,7 +50,7 @@ class _Repeated:
 
 
 def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
-    """The capture's path at another frame rate.
+    """Resample the capture's path at another frame rate.
 
     Poses are interpolated between frames; each new frame has the image and the tracks of the
     nearest old one.
@@ -92,7 +92,7 @@ def _tracked(points: SparsePoints, nearest: np.ndarray) -> SparsePoints:
 def problem_of_size(
     capture: Capture, described: np.ndarray, sharp: np.ndarray, pool: int, targets: int
 ) -> Problem:
-    """A problem with `pool` observed frames on a refilmed capture.
+    """Make a problem with `pool` observed frames on a resampled capture.
 
     Args:
         capture: filmed in one pass.
@@ -113,7 +113,7 @@ def problem_of_size(
 
 
 def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median seconds of some runs at most; of one alone where it takes a second."""
+    """Return the median seconds of up to `repeats` runs; of one alone where it takes a second."""
     taken: list[float] = []
     while len(taken) < repeats and sum(taken) < ENOUGH:
         started = time.perf_counter()
@@ -133,7 +133,7 @@ def selection_time(
     targets: int,
     appearance: Mapping,
 ) -> None:
-    """Seconds of every method over pools of several sizes, descriptors apart.
+    """Time every method over pools of several sizes, descriptors apart.
 
     Args:
         folder: a canonical capture, refilmed at other frame rates to make the pools.

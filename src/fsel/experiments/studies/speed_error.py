@@ -49,7 +49,7 @@ def speed_error(
     problems: Sequence[str],
     k: int,
 ) -> None:
-    """The figure of three panels and the table of the same numbers.
+    """Draw the figure of three panels and write the table of the same numbers.
 
     Args:
         times: what `fsel.experiments.studies.selection_time` wrote; its smallest pool is drawn.

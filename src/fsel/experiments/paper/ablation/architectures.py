@@ -190,7 +190,7 @@ class ViewAttention(nn.Module):
 
 
 def encoder(layers: int) -> nn.TransformerEncoder:
-    """A transformer encoder without dropout, normalised before each layer."""
+    """Build a transformer encoder without dropout, normalised before each layer."""
     layer = nn.TransformerEncoderLayer(
         WIDTH,
         HEADS,

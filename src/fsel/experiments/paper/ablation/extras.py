@@ -42,7 +42,7 @@ class Relations:
 
 
 def relations(problem: Problem, prepared: Prepared, budget: int) -> Relations:
-    """The relations of a prepared selection's pool."""
+    """Compute the relations of a prepared selection's pool."""
     views, rows = problem.capture.view(problem.proxies), prepared.rows
     described = problem.descriptors.astype(np.float64)
     own, others = described[prepared.pool], described[problem.proxies]

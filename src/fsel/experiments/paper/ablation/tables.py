@@ -49,7 +49,7 @@ def feature_sweep(
     cases: Mapping[str, Mapping],
     facts: Mapping,
 ) -> None:
-    """PSNR of every feature configuration minus that of the first (paper, "Tested features").
+    """Tabulate PSNR of every feature configuration minus the first's (paper, "Tested features").
 
     Args:
         trials: what `trials.trial_case` wrote, one a case.
@@ -94,7 +94,7 @@ def scorer_arch(
     labels: Mapping[str, str],
     facts: Mapping,
 ) -> None:
-    """PSNR of every scorer minus that of ours (paper, "Scorer-architecture comparison").
+    """Tabulate PSNR of every scorer minus ours (paper, "Scorer-architecture comparison").
 
     Args:
         evaluations, trials, table, numbers, scenes, facts: as in `feature_sweep`.
@@ -118,7 +118,7 @@ def scorer_arch(
 
 
 def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: str) -> pd.DataFrame:
-    """Every trial beside a reference.
+    """Compare every trial with a reference.
 
     Args:
         cells: of `fsel.experiments.cells.cells_of`.

@@ -80,7 +80,7 @@ class TrialCase:
     added: str | None
 
     def rollout(self, prepared: Prepared, scene: Relations) -> PartialRollout:
-        """The inputs along picks of a problem."""
+        """Return the inputs along picks of a problem."""
         extra = None if self.added is None else EXTRAS[self.added]
         return PartialRollout(prepared, scene, self.shown, extra)
 
@@ -144,7 +144,7 @@ def trial_case(
 def training_steps(
     case: TrialCase, table: pd.DataFrame, scenes: Scenes
 ) -> list[tuple[Steps, float]]:
-    """Every trajectory as the case sees it, and its weight."""
+    """Return every trajectory as the case sees it, and its weight."""
     import torch
 
     from fsel.experiments.paper.ablation.architectures import Steps
@@ -171,7 +171,7 @@ def trained(
     epochs: int,
     learning_rate: float,
 ) -> torch.nn.Module:
-    """The case's scorer, fitted as `fsel.training.imitation.train` does; all kinds by one loop."""
+    """Fit the case's scorer as `fsel.training.imitation.train` does; all kinds by one loop."""
     import torch
 
     from fsel.experiments.paper.ablation.architectures import MODULES
@@ -186,7 +186,7 @@ def trained(
 
 
 def selected(network: torch.nn.Module, case: TrialCase, problem: Problem, k: int) -> np.ndarray:
-    """(k,) int64 frames that a trained scorer picks, in order."""
+    """Return the (k,) int64 frames that a trained scorer picks, in order."""
     import torch
 
     from fsel.experiments.paper.ablation.architectures import Steps

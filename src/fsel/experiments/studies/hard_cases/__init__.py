@@ -54,7 +54,7 @@ class Case:
 
 @contextmanager
 def strict() -> Iterator[None]:
-    """Every warning, overflow, division by zero and invalid operation raises.
+    """Raise for every warning, overflow, division by zero and invalid operation.
 
     Underflow does not: the exponential of a large negative number is zero to all digits.
     """
@@ -85,7 +85,7 @@ def finite(*arrays: np.ndarray) -> None:
 
 
 def quality(capture: Capture, frames: np.ndarray, targets: np.ndarray) -> float:
-    """PSNR in dB on targets of a reconstruction by `splats`; every metric must be finite."""
+    """Return the PSNR in dB on targets, by `splats`; every metric must be finite."""
     whole = {"name": "splats", "long_side": max(capture.size), "settings": {}}
     scores = evaluators(whole)(capture, targets)(frames)
     finite(scores)
