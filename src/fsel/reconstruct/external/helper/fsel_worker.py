@@ -60,7 +60,7 @@ class Frames:
             setattr(self, name, np.load(path) if os.path.exists(path) else None)
 
 
-class Views:
+class Cameras:
     """Cameras to render from.
 
     Attributes:
@@ -156,7 +156,7 @@ def _render(request, state):
         raise ValueError(f"no model {request['model']}")
     out = np.lib.format.open_memmap(request["out"], mode="r+")
     started = time.perf_counter()
-    images = np.asarray(state["render"](state["models"][request["model"]], Views(request)))
+    images = np.asarray(state["render"](state["models"][request["model"]], Cameras(request)))
     seconds = time.perf_counter() - started
     if images.shape != out.shape:
         raise ValueError(f"render returned shape {images.shape}, expected {out.shape}")
