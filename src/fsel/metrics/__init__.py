@@ -51,7 +51,7 @@ def score_views(
     masks: np.ndarray | None = None,
     metrics: Metrics = METRICS,
 ) -> np.ndarray:
-    """Metrics of every view, or of the part of it inside a mask.
+    """Score every view, or the part of it inside a mask.
 
     PSNR, SSIM and GMSD are computed in one pass (`fsel.metrics.fused`), others one by one.
 
@@ -80,7 +80,7 @@ def score_views(
 
 
 def checked(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
-    """Name -> settings of the metrics, once each is known to work with them.
+    """Return name -> settings of the metrics, once each is known to work with them.
 
     Raises:
         ValueError, FileNotFoundError, ImportError: for an unknown metric, settings of one that has
@@ -101,17 +101,17 @@ def _settings(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
 
 
 def units(metrics: Metrics = METRICS) -> dict[str, str]:
-    """Metric -> unit, of those that have one."""
+    """Return metric -> unit, of those that have one."""
     return {name: REGISTERED[name].unit for name in metrics if REGISTERED[name].unit}
 
 
 def directions(metrics: Metrics = METRICS) -> dict[str, bool]:
-    """Metric -> whether higher is better, in the given order."""
+    """Return metric -> whether higher is better, in the given order."""
     return {name: REGISTERED[name].higher_is_better for name in metrics}
 
 
 def headings(metrics: Metrics = METRICS) -> list[str]:
-    r"""LaTeX headings: each metric's label, its network if it has one, an arrow to the better."""
+    r"""Return LaTeX headings: a metric's label, its network if any, an arrow to the better."""
     arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
     labels = []
     for name, settings in _settings(metrics).items():

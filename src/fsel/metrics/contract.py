@@ -34,5 +34,5 @@ class Metric:
     check: Callable[..., None] | None = None
 
     def printed(self, value: float) -> str:
-        """A value with its decimals."""
+        """Return a value with its decimals."""
         return f"{value:.{self.digits}f}"

@@ -79,7 +79,7 @@ def _check_masks(masks: np.ndarray, shape: tuple[int, ...]) -> None:
 
 
 def inside(masks: np.ndarray) -> np.ndarray:
-    """(T,) share of the pixels with a whole window around them that (T, h, w) masks hold."""
+    """Return (T,) share of the pixels with a whole window around them that (T, h, w) masks hold."""
     return masks[:, MARGIN:-MARGIN, MARGIN:-MARGIN].mean(axis=(1, 2))
 
 

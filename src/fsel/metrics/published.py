@@ -42,7 +42,7 @@ logger = logging.getLogger(__name__)
 
 
 def file_of(net: str) -> str:
-    """Name of the file that a backbone is kept in."""
+    """Return the name of the file that a backbone is kept in."""
     return f"lpips_{net}.safetensors"
 
 
@@ -86,7 +86,7 @@ def unpickled(content: bytes) -> Any:
 
 
 def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Name -> float32 array, as torchvision's models and the package `lpips` name and shape them.
+    """Return name -> float32 array, as torchvision's models and the package `lpips` name and shape them.
 
     Args:
         net: a key of `PICKLES`.

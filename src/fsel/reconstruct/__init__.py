@@ -36,7 +36,7 @@ class Model(Protocol):
         """Device on which it was fitted, and renders: `cpu`, or a GPU's name."""
 
     def render(self, views: Views) -> np.ndarray:
-        """(T, h, w, 3) float32 images in [0, 1]."""
+        """Return (T, h, w, 3) float32 images in [0, 1]."""
 
 
 class Reconstructor(Protocol):
@@ -54,7 +54,7 @@ class Factory(Protocol):
     """Binder of a reconstructor to a capture, with its settings as keywords: usually a class."""
 
     def __call__(self, capture: Capture, **settings: Any) -> Reconstructor:
-        """The reconstructor of a capture that is at the reconstruction size."""
+        """Return the reconstructor of a capture that is at the reconstruction size."""
 
     def check(self, **settings: Any) -> None:
         """Ask for what it needs, before any work and without a capture.
@@ -121,7 +121,7 @@ def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
 
 
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:
-    """The configured reconstructor, bound to the capture at the reconstruction's size.
+    """Return the configured reconstructor, bound to the capture at the reconstruction's size.
 
     Args:
         capture: the capture, at any size.

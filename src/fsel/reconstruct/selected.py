@@ -26,19 +26,19 @@ class Frame:
 
     @classmethod
     def of(cls, capture: Capture) -> Frame:
-        """The frame of a capture's cameras."""
+        """Return the frame of a capture's cameras."""
         offset = centered(capture.centers)
         radius = float(np.linalg.norm(offset, axis=1).max())
         return cls(capture.centers[0] - offset[0], radius if radius > 0 else 1.0)
 
     def local_poses(self, world_to_camera: np.ndarray) -> np.ndarray:
-        """(N, 3, 4) poses in this frame."""
+        """Return (N, 3, 4) poses in this frame."""
         rotation = world_to_camera[:, :, :3]
         shift = (rotation @ self.origin + world_to_camera[:, :, 3]) / self.unit
         return pose_matrices(rotation, shift)
 
     def localised(self, capture: Capture) -> Capture:
-        """The same capture in this frame."""
+        """Return the same capture in this frame."""
         points = capture.points
         if points is not None:
             points = replace(points, xyz=(points.xyz - self.origin) / self.unit)
@@ -47,7 +47,7 @@ class Frame:
 
 
 def distinct(frames: np.ndarray) -> np.ndarray:
-    """(K,) int64 frames as given, K >= 2.
+    """Return (K,) int64 frames as given, K >= 2.
 
     Raises:
         ValueError: for fewer than two, which hold no parallax, or repeated ones.
@@ -59,7 +59,7 @@ def distinct(frames: np.ndarray) -> np.ndarray:
 
 
 def restricted(capture: Capture, frames: np.ndarray) -> Capture:
-    """The capture of the given frames alone, with the points that at least two of them see.
+    """Return the capture of the given frames alone, with the points that at least two of them see.
 
     Args:
         capture: any.
@@ -70,7 +70,7 @@ def restricted(capture: Capture, frames: np.ndarray) -> Capture:
 
 
 def _shared(points: SparsePoints) -> SparsePoints:
-    """The points that two frames or more see, and their tracks without repetitions."""
+    """Return the points that two frames or more see, and their tracks without repetitions."""
     track = np.unique(np.stack([points.track_point, points.track_frame]), axis=1)
     kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
     row = np.cumsum(kept) - 1

@@ -185,7 +185,7 @@ class Worker:
         return " ".join(self.settings.serve)[:NAMED]
 
     def log(self) -> str:
-        """The last lines that the program wrote since it was asked."""
+        """Return the last lines that the program wrote since it was asked."""
         return programs.tail(self.folder, self._asked_at)
 
     def stop(self) -> int | None:
@@ -230,7 +230,7 @@ class Worker:
         return Lost(*programs.ended(f"{self.program}, asked to {doing},", code, log), log)
 
     def lost(self, said: str, outcome: str = FAILED) -> Lost:
-        """End the program by force; returns the error that says why."""
+        """End the program by force; return the error that says why."""
         if self._process is not None:
             programs.kill(self._process.pid)
         self.stop()
@@ -242,7 +242,7 @@ class Worker:
 
 
 def shared(settings: ExternalSettings) -> Worker:
-    """The one worker of this process with some settings: all captures of a job use it."""
+    """Return the one worker of this process with some settings, for all captures of a job."""
     key = repr(settings)
     if key not in _WORKERS:
         _WORKERS[key] = Worker(settings)
@@ -271,7 +271,7 @@ def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[bytes]) -
 
 
 def _parsed(line: bytes) -> dict[str, Any] | None:
-    """An answer, or None where a line is none."""
+    """Return an answer, or None where a line is none."""
     try:
         found = json.loads(line)
     except ValueError:

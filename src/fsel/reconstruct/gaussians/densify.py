@@ -20,12 +20,12 @@ LARGEST = 1 - 1e-7  # opacity
 
 
 def split_opacity(opacity: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Opacity of each of `shares` equal Gaussians that together pass the light of one."""
+    """Return the opacity of each of `shares` Gaussians that together pass the light of one."""
     return 1 - (1 - opacity) ** (1 / shares)
 
 
 def split_scale(opacity: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Factor of the standard deviations at which they keep the mass along a ray."""
+    """Return the factor of the standard deviations at which they keep the mass along a ray."""
     part = split_opacity(opacity, shares)
     powers = part[..., None] ** np.arange(1, MOST + 1)
     return opacity / (powers * _coefficients()[shares]).sum(axis=-1)

@@ -17,14 +17,14 @@ SMALLEST = 1e-4  # standard deviation, where the neighbours are in the same plac
 
 
 def from_splats(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 3) and colours (n, 3) in [0, 1] of the splats of a capture's frames."""
+    """Return positions (n, 3) and colours (n, 3) in [0, 1] of the frames' splats."""
     small = capture.resized(STEREO_SIDE)
     model = Splats(small).fit(np.arange(len(small)))
     return model.positions, model.colors.astype(np.float64) / 255
 
 
 def from_points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 3) and colours (n, 3) in [0, 1] of a capture's sparse points.
+    """Return positions (n, 3) and colours (n, 3) in [0, 1] of the sparse points.
 
     Raises:
         ValueError: when it has none.
@@ -40,7 +40,7 @@ def from_points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
 def table_of(
     xyz: np.ndarray, rgb: np.ndarray, frame: Frame, degree: int, budget: int, seed: int
 ) -> np.ndarray:
-    """Gaussians at some of the positions, round, as large as the way to their neighbours.
+    """Place Gaussians at some of the positions, round, as large as the way to their neighbours.
 
     Args:
         xyz: (n, 3) world units.
@@ -68,7 +68,7 @@ def table_of(
 
 
 def _spacing(points: np.ndarray) -> np.ndarray:
-    """(n,) root mean square distance to the three nearest others."""
+    """Return (n,) root mean square distance to the three nearest others."""
     if len(points) < 2:
         return np.full(len(points), 0.1)
     nearest = min(NEIGHBOURS, len(points) - 1)

@@ -30,13 +30,11 @@ class GaussianModel(Fitted):
     Attributes:
         table: (n, c) float32 parameters in the model's frame; see `table`.
         background: (3,) colour in [0, 1] where nothing is.
-        near: depth below which a Gaussian is not drawn, in that frame.
         steps: of the optimisation that were made.
     """
 
     table: np.ndarray
     background: np.ndarray
-    near: float = NEAREST
     steps: int = 0
 
     @property
@@ -66,7 +64,7 @@ class GaussianModel(Fitted):
         canvas = Canvas(len(self.table), views.size, self.background)
         poses, factor = self.frame.local_poses(views.world_to_camera), np.ones(len(self.table))
         for t, image in enumerate(out):
-            camera = camera_of(poses[t], views.intrinsics[t], views.size, self.near)
+            camera = camera_of(poses[t], views.intrinsics[t], views.size, NEAREST)
             canvas.draw(self.table, self.degree, factor.astype(np.float32), camera)
             image[:] = canvas.image.transpose(1, 2, 0)
         return np.clip(out, 0, 1, out=out)
@@ -91,7 +89,7 @@ class GaussianModel(Fitted):
 
     @classmethod
     def read_ply(cls, path: str | Path) -> GaussianModel:
-        """Any standard `.ply` of 3D Gaussians, with harmonics to degree three.
+        """Read any standard `.ply` of 3D Gaussians, with harmonics to degree three.
 
         Raises:
             ValueError: naming the file, for what is no such file, or values that are not finite.

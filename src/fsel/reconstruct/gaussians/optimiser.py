@@ -54,7 +54,7 @@ class Rates:
         return EXTENT * first * (last / first) ** (step / self.steps)
 
     def at(self, step: int) -> np.ndarray:
-        """(c,), one a column of the table, until the next call."""
+        """Return (c,), one a column of the table, until the next call."""
         self._others[MEAN] = self.pace * self.published_mean(step)
         return self._others
 

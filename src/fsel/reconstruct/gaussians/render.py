@@ -12,7 +12,7 @@ NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not dr
 def camera_of(
     world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
 ) -> np.ndarray:
-    """(22,) float64 numbers of a camera in the order that `projection.project` reads them.
+    """Return (22,) float64 numbers of a camera in the order that `projection.project` reads them.
 
     Args:
         world_to_camera: (3, 4), in the frame of the Gaussians.

@@ -60,7 +60,7 @@ class Grid:
 
     @classmethod
     def full(cls, side: int, density: float, color: np.ndarray, harmonics: int) -> Grid:
-        """Every cell occupied, density and (3,) raw colour the same everywhere."""
+        """Return a grid of occupied cells, density and (3,) raw colour the same everywhere."""
         cells = np.zeros((side,) * 3, bool)
         cells[:-1, :-1, :-1] = True
         colors = np.zeros((side**3, width_of(harmonics)), np.float32)
@@ -70,7 +70,7 @@ class Grid:
         return cls(side, cells.reshape(-1), index, densities, colors, harmonics)
 
     def refined(self, kept: np.ndarray, side: int, empty: float) -> Grid:
-        """The same field on a finer grid.
+        """Return the same field on a finer grid.
 
         Args:
             kept: (self.side,) * 3 bool, the cells that the new grid covers.
@@ -89,7 +89,7 @@ class Grid:
         return Grid(side, cells.reshape(-1), index, density, color, self.harmonics)
 
     def neighbours(self) -> np.ndarray:
-        """(n, 3) int32 row of the next vertex along each axis, or -1."""
+        """Return (n, 3) int32 row of the next vertex along each axis, or -1."""
         index = self.index.reshape((self.side,) * 3)
         rows = np.full((len(self.density), 3), -1, np.int32)
         for axis in range(3):
@@ -107,7 +107,7 @@ def grown(cells: np.ndarray) -> np.ndarray:
 
 
 def _covered(kept: np.ndarray, side: int) -> np.ndarray:
-    """(side, side, side) cells that share space with the kept cells of another grid."""
+    """Return (side, side, side) cells that share space with the kept cells of another grid."""
     old = len(kept) - 1
     first = np.arange(side - 1) * old // (side - 1)
     last = (np.arange(1, side) * old - 1) // (side - 1)

@@ -39,7 +39,7 @@ class RadianceModel(Fitted):
         return self.grid.bytes
 
     def render(self, views: Views) -> np.ndarray:
-        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        """Return (T, h, w, 3) float32 images in [0, 1] at the given poses."""
         width, height = views.size
         out = np.empty((len(views), height, width, 3), np.float32)
         poses = self.frame.local_poses(views.world_to_camera)
@@ -59,7 +59,7 @@ class RadianceModel(Fitted):
 
 
 def rays_of(views: Views) -> np.ndarray:
-    """(T * h * w, 6) float32 origins and unit directions through the centres of all pixels.
+    """Return (T * h * w, 6) float32 origins and unit directions through the centres of all pixels.
 
     Poses are in the field's coordinates, where float32 rounds places near the cameras to 1e-7.
     """

@@ -41,7 +41,7 @@ class Pixels:
 
 
 def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | None) -> Grid:
-    """The field after all stages.
+    """Optimise the field through all stages.
 
     Args:
         pixels: of the selected frames.
@@ -70,7 +70,7 @@ def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | N
 
 
 def emptied(grid: Grid) -> Grid:
-    """A grid without cells, which shows the background alone."""
+    """Return a grid without cells, which shows the background alone."""
     return grid.refined(np.zeros_like(grid.cells), grid.side, EMPTY)
 
 
@@ -106,7 +106,7 @@ class _Optimiser:
         self.weights = settings.density_variation, settings.color_variation
 
     def step(self, drawn: np.ndarray, rng: np.random.Generator, turn: int, decay: float) -> float:
-        """One step on the drawn rays; returns the loss without its variation."""
+        """Make one step on the drawn rays; return the loss without its variation."""
         pixels, grid = self.pixels, self.grid
         late = 1 - rng.random(len(drawn), dtype=np.float32)
         flat = tuple(g.reshape(-1) for g in self.gradients)

@@ -67,7 +67,7 @@ def make_room(cache: dict, most: int) -> None:
 
 
 def depth_range(capture: Capture) -> np.ndarray:
-    """(N, 2) nearest and farthest depth that each frame's planes must reach, world units.
+    """Return (N, 2) nearest and farthest depth that each frame's planes must reach, world units.
 
     From the sparse points that a frame sees where it sees ten; else from all points; without
     points, from the spread of the cameras.

@@ -224,7 +224,7 @@ class SplatModel(Fitted):
         return self.splats[:3].T * self.frame.unit + self.frame.origin
 
     def render(self, views: Views) -> np.ndarray:
-        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        """Return (T, h, w, 3) float32 images in [0, 1] at the given poses."""
         return render.render_views(
             self.splats,
             self.colors,

@@ -22,7 +22,7 @@ CONFIDENCE_OFFSET = F(8)  # keeps the confidence of a flat, all-matching pixel n
 
 
 def packed(image):
-    """(2h, 2w) uint64 of an (h, w, 3) float32 image of whole grey levels at twice its size.
+    """Return (2h, 2w) uint64 of an (h, w, 3) float32 image of whole grey levels at twice its size.
 
     Bilinear weights are sixteenths, so red, green and blue, 16 bits each, are exact.
     """
