@@ -86,7 +86,7 @@ def unpickled(content: bytes) -> Any:
 
 
 def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return name -> float32 array, as torchvision's models and the package `lpips` name and shape them.
+    """Return name -> float32 array, named and shaped as by torchvision and the package `lpips`.
 
     Args:
         net: a key of `PICKLES`.
