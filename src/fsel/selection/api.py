@@ -61,50 +61,37 @@ def select(
 
     Args:
         capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
-            `pycolmap.Reconstruction`, or the content of a transforms.json. The last two, whose
-            images are sought from the current folder, are selected from by poses and points alone
-            where they are not there.
+            `pycolmap.Reconstruction`, or the content of a transforms.json. Images of the last two
+            are sought from the current folder; without them, poses and points alone decide.
         k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
-            among the first picks of a nested method, see `fsel.selection.budget`. None: as `cover`
-            says.
-        targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
-            0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
-            by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
-            camera path. `fsel.Views`, or (T, 3, 4) numbers: poses, world to camera with OpenCV
-            axes.
+            among the first picks of a nested method, see `fsel.selection.budget`. None: as few as
+            `cover` needs.
+        targets: what will be rendered; None for anything that the capture saw. `every:8`, names or
+            numbers of frames, or a .txt file of names: frames, which are never selected. `orbit`,
+            `trajectory`, a .json camera path, `fsel.Views`, or (T, 3, 4) poses: world to camera
+            with OpenCV axes.
         method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
             trained for.
         seed: of methods that draw at random.
-        weights: a scorer that the workflow made, in place of one that comes with
-            the package.
-        patience: seconds in which selections are tried on the capture's own frames, see
-            `fsel.selection.halving`; 0 for the rule alone. None: ten where nothing but k is stated,
-            neither targets nor a method, an object or frames; else 0. Beside targets that are
-            frames, their images are looked at, and score. The same picks are kept on every machine
-            that makes the planned reconstructions in that time. Or `fsel.TimeBudget`, to watch
-            or end them.
+        weights: a scorer that the workflow made, in place of one that comes with the package.
+        patience: seconds in which selections are tried on the capture's own frames, or on the
+            images of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone.
+            None: ten where nothing but k is stated, else 0. `fsel.TimeBudget` watches or ends it.
         cover: how often each sparse point that so many frames see is to be seen by the picks, see
-            `fsel.selection.multicover`. With k, what is left of it is picked by the method; k of
-            None for as few as needed.
-        cover_share: of these points. All of them often take nearly all frames, since many points
-            are seen by hardly more frames than that.
-        sharpness: (N,) of every frame, where it is known already, or what measures it of some;
-            else it is measured of the capture's images; for methods that read it.
-        descriptors: (N, D) of every frame, where they are known already, or what measures them of
-            a capture; else measured by `lab_hog`, which needs no weights; for methods that read
-            them.
+            `fsel.selection.multicover`. With k, the method picks what is left of it.
+        cover_share: of these points; all often take nearly all frames.
+        sharpness: (N,) of every frame, or what measures it of some; else measured of the images.
         focus: an object that targets must see: a folder of masks, the six numbers of a box, or a
             `fsel.selection.focus.Focus`.
+        descriptors: (N, D) of every frame, or what measures them of a capture; else `lab_hog`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
         keep_bad: whether bad frames may be picked. Else those of a folder, a video or poses are
             left out, as `fsel.bad_frames` names them; a `Capture` is taken as it is.
 
     Raises:
-        ValueError: for a capture of fewer than three frames, k beyond the frames that may be
-            selected (with a focus: that see it), an unknown method, weights that are no scorer or
-            of another method, a method whose picks are not nested where k is to be found, a memory
-            that two frames do not fit, or targets that make no sense for this capture.
+        ValueError: for a request that cannot be met: too few frames, an unknown method, weights of
+            another method, targets that make no sense for this capture.
         TypeError: for an argument of a type that is none of these.
 
     Example:
