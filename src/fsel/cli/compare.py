@@ -16,7 +16,7 @@ from fsel.captures.quality.findings import BLURRED
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of
-from fsel.cli.optimising import bound, checked
+from fsel.cli.reconstructor_args import bound, checked
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.core.capture import Capture
 from fsel.core.outputs import staged

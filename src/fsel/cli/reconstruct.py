@@ -14,7 +14,7 @@ from fsel.captures.images.video import captioned, levels
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, open_as, record_of
-from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
+from fsel.cli.reconstructor_args import WRITE_PLY, bound, checked, fitted
 from fsel.core.capture import Capture
 from fsel.core.files import atomic
 from fsel.core.outputs import staged

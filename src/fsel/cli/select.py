@@ -17,8 +17,8 @@ from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import notes
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
-from fsel.cli.optimising import stopped_by_interrupt
 from fsel.cli.options import OPENING
+from fsel.cli.reconstructor_args import stopped_by_interrupt
 from fsel.cli.rerun_command import commands
 from fsel.cli.select_options import RECORDED, UNTURNED
 from fsel.core.geometry import upright

@@ -11,7 +11,7 @@ from small_captures import camera_path, ring, write_ring
 import fsel
 from fsel.captures.images import files as image_files
 from fsel.cli import main, scoring
-from fsel.cli.optimising import WRITE_PLY
+from fsel.cli.reconstructor_args import WRITE_PLY
 from fsel.cli.scoring import file_names
 from fsel.metrics import REGISTERED, Metric
 from fsel.reconstruct import RECONSTRUCTORS, gaussians
