@@ -7,7 +7,6 @@ own. Prints a table of seconds of the processor and of peak memory, each with it
 from the second size to the last; writes the numbers as JSON. The bounds are 1.5 GB and two minutes.
 
     OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json
-    OMP_NUM_THREADS=1 python benchmarks/scale.py some.json --frames 1000 2000 --only select/cover
     OMP_NUM_THREADS=1 python benchmarks/scale.py paper.json --frames 2000 --stored 256 --side 128
 """
 
@@ -50,9 +49,7 @@ BASE, TARGETS, K = 250, 15, 50
 STORED, SIDE = 128, 64  # pixels of the longer side of stored images, and of reconstructions
 PASSED, PHOTOS, RAW = 1000, 40, (640, 480)  # raw: frames a pass, files behind the links, pixels
 SEARCH = {
-    "labeller": "genetic",
-    "k": K,
-    "population": 8,
+    **{"labeller": "genetic", "k": K, "population": 8},
     "farthest": 3,
     "uniform": 2,
     "generations": 3,
