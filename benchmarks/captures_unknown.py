@@ -37,10 +37,10 @@ from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.candidates import RULE as OWN
 from fsel.selection.candidates import serving
-from fsel.selection.halving import STATED, SuccessiveHalving, halving_of, small_fits
+from fsel.selection.halving import SuccessiveHalving, halving_of, small_fits
 from fsel.selection.problem import request_problem
 from fsel.selection.targets import targets_of
-from fsel.selection.validation import TimeBudget
+from fsel.selection.validation import STATED, TimeBudget
 from fsel.selectors.baselines.nearest import nearest
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))

@@ -9,8 +9,8 @@ from small_captures import record_of, select, write_ring
 import fsel
 from fsel.selection import halving
 from fsel.selection.candidates import EVEN
-from fsel.selection.halving import FIT_DEVIATION, STATED, WHOLE, SuccessiveHalving, compared
-from fsel.selection.validation import TimeBudget
+from fsel.selection.halving import FIT_DEVIATION, SuccessiveHalving, compared
+from fsel.selection.validation import STATED, WHOLE, TimeBudget
 
 FRAMES = np.arange(40)
 EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])

@@ -16,7 +16,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
@@ -28,7 +28,14 @@ from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.splats import Splats
 from fsel.selection.candidates import EVEN, RULE, candidates, serving
-from fsel.selection.validation import LEAST_TARGETS, CandidateScore, TimeBudget, ValidationResult
+from fsel.selection.validation import (
+    STATED,
+    WHOLE,
+    AcceptanceRule,
+    CandidateScore,
+    TimeBudget,
+    ValidationResult,
+)
 
 VALIDATION = 96  # frames at most that are rendered and scored
 LEAST_PICKS = 3  # that are reconstructed from
@@ -45,24 +52,6 @@ METRICS = ("psnr", "ssim")
 BLOCK = 32  # frames that are opened at a time, at the size they have
 
 
-class AcceptanceRule(NamedTuple):
-    """Conditions on which another selection is kept in place of the first one.
-
-    Attributes:
-        margin: dB that it is to be ahead by.
-        validation: frames at least that neither holds.
-        sure: whether `splats` must agree, SSIM not be less, and the lead be beyond chance, since
-            the frames that are scored stand for others; else `gaussians` alone score.
-    """
-
-    margin: float
-    validation: int
-    sure: bool
-
-
-LEAST_VALIDATION = 8  # frames that neither of two selections holds, of a whole capture
-WHOLE = AcceptanceRule(0.5, LEAST_VALIDATION, True)
-STATED = AcceptanceRule(0.2, LEAST_TARGETS, False)
 LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,3 +89,22 @@ class TimeBudget:
         check_type("patience", self.seconds, Real, "seconds")
         if not self.seconds >= 0:
             raise ValueError(f"patience is {self.seconds} s; allowed: 0 or more")
+
+
+class AcceptanceRule(NamedTuple):
+    """Conditions on which another selection is kept in place of the first one.
+
+    Attributes:
+        margin: dB that it is to be ahead by.
+        validation: frames at least that neither holds.
+        sure: whether `splats` must agree, SSIM not be less, and the lead be beyond chance, since
+            the frames that are scored stand for others; else `gaussians` alone score.
+    """
+
+    margin: float
+    validation: int
+    sure: bool
+
+
+WHOLE = AcceptanceRule(0.5, 8, True)
+STATED = AcceptanceRule(0.2, LEAST_TARGETS, False)
