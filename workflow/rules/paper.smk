@@ -166,11 +166,9 @@ use rule table as time_quality with:
         "<results>/logs/{reconstructor}time_quality.log",
     params:
         **scenes.of_table(experiment, scenes.held_out),
-        problems=lambda wildcards: [
-            f"{dataset}/{scene}/draw{draw}"
-            for dataset, scene in scenes.held_out(experiment)
-            for draw in range(experiment.config["draws"])
-        ],
+        problems=lambda wildcards: scenes.problems(
+            scenes.held_out(experiment), range(experiment.config["draws"])
+        ),
         budgets=experiment.config["budgets"],
 
 
@@ -525,11 +523,9 @@ use rule table as transfer with:
     log:
         "<results>/logs/transfer.log",
     params:
-        problems=lambda wildcards: [
-            f"{dataset}/{scene}/draw{draw}"
-            for dataset, scene in scenes.held_out(experiment)
-            for draw in paper.draws
-        ],
+        problems=lambda wildcards: scenes.problems(
+            scenes.held_out(experiment), paper.draws
+        ),
         reconstructors=lambda wildcards: paper.described("transfer"),
         budgets=lambda wildcards: paper.budgets("budgets"),
         metrics=experiment.metrics,
@@ -615,8 +611,6 @@ use rule generate as generate_pictures with:
         "<results>/benchmarks/generate_pictures/{dataset}/{scene}.jsonl"
     params:
         **paper.picture_size(),
-    message:
-        "Generating {wildcards.dataset}/{wildcards.scene} with images for pictures"
 
 
 use rule ingest as ingest_pictures with:
@@ -633,8 +627,6 @@ use rule ingest as ingest_pictures with:
         **experiment.resources(Size(2000, 240)),
     params:
         long_side=paper.pictured["long_side"],
-    message:
-        "Reading {wildcards.dataset}/{wildcards.scene} with images for pictures"
 
 
 use rule table as qualitative with:

@@ -25,7 +25,7 @@ def cells_of(
     facts: Mapping,
     by: Sequence[str] = ("draw",),
 ) -> pd.DataFrame:
-    """One row a trial, method and budget: means over targets, then over seeds.
+    """Return a row for each trial, method and budget: means over targets, then over seeds.
 
     Args:
         metrics: columns to read.
@@ -46,7 +46,7 @@ def cells_of(
 
 
 def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) -> pd.DataFrame:
-    """Means as of `summarise`, and `leads`: one of some methods is ahead of every other.
+    """Return the means of `summarise`, and `leads`: one of some methods is ahead of every other.
 
     It is ahead where each paired 95 % interval excludes zero.
     """
@@ -58,7 +58,7 @@ def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) ->
 
 
 def against(cells: pd.DataFrame, reference: str) -> pd.DataFrame:
-    """Mean PSNR of every method at one budget, and its paired difference to that of one method.
+    """Return every method's mean PSNR at one budget, and its paired difference to one method's.
 
     Args:
         cells: of one dataset and budget.
@@ -79,7 +79,7 @@ def led_rows(
     columns: Sequence[tuple[str, int]],
     metrics: Metrics,
 ) -> list[list[str]]:
-    """A row a method: its label, and for each dataset and budget a cell a metric.
+    """Return a row for each method: its label, then a cell for each dataset, budget and metric.
 
     Args:
         means: see `with_leads`.

@@ -70,7 +70,7 @@ def every_draw(
     problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of,
     **key: Any,
 ) -> Iterator[ExperimentCase]:
-    """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
+    """Yield a trial for each draw; `key` is the scene's."""
     for draw, split in enumerate(splits):
         yield ExperimentCase(
             {**key, "draw": draw}, capture, split, budgets, rng_by_name(0), problem
@@ -107,7 +107,7 @@ class Trials:
         settings: Mapping,
         config: str,
     ) -> None:
-        """Every method's picks for every trial.
+        """Write every method's picks for every trial.
 
         Args:
             described: their frames' descriptors.

@@ -88,11 +88,9 @@ def training(experiment: Experiment, table: str) -> dict[str, Any]:
     config = experiment.config
     return {
         "scenes": list(experiment.labelled),
-        "problems": lambda wildcards: [
-            f"{dataset}/{scene}/draw{draw}"
-            for dataset, scene in scenes.tried(experiment, table)
-            for draw in range(config["draws"])
-        ],
+        "problems": lambda wildcards: scenes.problems(
+            scenes.tried(experiment, table), range(config["draws"])
+        ),
         "learning_rate": config["training"]["learning_rate"],
         **{key: config["trials"][key] for key in ("seeds", "epochs")},
     }

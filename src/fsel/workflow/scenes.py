@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,12 @@ def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> 
 def files(experiment: Experiment, chosen: Callable[[Experiment], Scenes], name: str) -> Choice:
     """Return an input function: a file of each scene of a table."""
     return lambda wildcards: of_scenes(chosen(experiment), name)
+
+
+def problems(scenes: Scenes, draws: Iterable[int]) -> list[str]:
+    """List dataset/scene/draw of some draws of scenes."""
+    numbers = list(draws)
+    return [f"{dataset}/{scene}/draw{n}" for dataset, scene in scenes for n in numbers]
 
 
 def datasets_of(scenes: Scenes) -> list[str]:

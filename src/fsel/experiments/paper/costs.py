@@ -35,7 +35,7 @@ def costs_alone(
     metrics: Metrics = ("psnr",),
     **limits: Any,
 ) -> pd.DataFrame:
-    """Quality, seconds and memory of reconstructions, each in a process of its own.
+    """Measure quality, seconds and memory of reconstructions, each in a process of its own.
 
     Args:
         subsets: k (`ALL_FRAMES` for all) -> frames.
@@ -60,7 +60,7 @@ def costs_alone(
 
 
 def cost_means(costs: Files, metrics: Metrics = ()) -> pd.DataFrame:
-    """Table by k of the metrics, seconds (fit and rendering), peak_mb, n (scenes), device, outcome.
+    """Return by k the metrics, seconds (fit and rendering), peak_mb, n (scenes), device, outcome.
 
     Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
 
@@ -108,7 +108,7 @@ def measure_costs(
 def selection_seconds(
     problem: Problem, variants: Mapping[str, Run], budgets: Sequence[int], appearance: Mapping
 ) -> pd.DataFrame:
-    """Table of variant, k, seconds of one thread; see `measure_costs`."""
+    """Return variant, k, seconds of one thread; see `measure_costs`."""
     images = np.asarray(problem.capture.images[problem.observed])
     a_pool = descriptor_seconds(images, appearance)
     rows = []

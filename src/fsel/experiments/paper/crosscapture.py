@@ -34,7 +34,7 @@ def cross_split(
     targets: int | None = None,
     rng: np.random.Generator | None = None,
 ) -> Split:
-    """Targets from a held-out pass, proxies and candidates from the others.
+    """Split a capture: targets from a held-out pass, proxies and candidates from the others.
 
     Targets come from the half of the held-out pass that is nearest to a frame of the others; its
     other half is not used. Each target takes one distinct proxy, minimising the summed distance.
@@ -72,7 +72,7 @@ def cross_split(
 
 
 def thinned(sequences: Sequence[str], every: int) -> np.ndarray:
-    """(n,) int64 every n-th frame of each pass, its first included, in capture order."""
+    """Sample each pass uniformly, its first frame included: (n,) int64 in capture order."""
     of = np.array(sequences)
     return np.sort(np.concatenate([np.flatnonzero(of == s)[::every] for s in dict.fromkeys(of)]))
 
@@ -132,7 +132,7 @@ def crosscapture(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """The table "Cross-capture novel view synthesis"; one measurement a room and held-out pass.
+    """Write the table "Cross-capture novel view synthesis", from each room and held-out pass.
 
     Passes of one room are one place to the intervals: their means are averaged first.
     """

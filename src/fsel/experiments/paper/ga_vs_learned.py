@@ -29,7 +29,7 @@ ROWS = {
 
 
 def searched_subsets(draws: Files) -> pd.DataFrame:
-    """Subsets that the searches met, as picks: draw, method, number (of the row), rank, frame.
+    """Return the searched subsets as picks: draw, method, number (of the row), rank, frame.
 
     Args:
         draws: what `fsel.stages.search_oracle` wrote, one a draw; rank 0 is the fittest on the
@@ -51,7 +51,7 @@ def ga_vs_learned(
     k: int,
     facts: Mapping,
 ) -> None:
-    """Average subset, random search, search and selectors, all scored on the targets.
+    """Write the table of average subset, random search, search and selectors, on the targets.
 
     Args:
         searched: what the job of `TRIALS` wrote, one a scene.
@@ -77,7 +77,7 @@ def ga_vs_learned(
 
 
 def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
-    """Means of every row of the table, and their paired differences to the search's.
+    """Return the means of every row of the table, and their paired differences to the search's.
 
     Args:
         cells: scene, draw, method, k, psnr of one dataset at one budget; the draws that the search
@@ -98,14 +98,14 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
 
 
 def _subset_means(item: Mapping) -> pd.DataFrame:
-    """PSNR of every subset of a scene's searches: dataset, scene, draw, method, rank, psnr."""
+    """Return dataset, scene, draw, method, rank, psnr of every subset of a scene's searches."""
     means = read_table(item["path"]).groupby(["draw", *SUBSET])["psnr"].mean().reset_index()
     draw = "draw" + means["draw"].astype(str)
     return means.assign(dataset=item["dataset"], scene=item["scene"], draw=draw)
 
 
 def _search_cells(subsets: pd.DataFrame) -> pd.DataFrame:
-    """The fittest subset of each search, and the mean over all its subsets."""
+    """Return the fittest subset of each search, and the mean over all its subsets."""
     averages = subsets.groupby([*PROBLEM, "method"])["psnr"].mean().reset_index()
     averages["method"] = averages["method"].map(AVERAGES)
     fittest = subsets[subsets["rank"] == 0]

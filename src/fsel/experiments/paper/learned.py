@@ -25,7 +25,7 @@ def handsign(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
+    """Write the PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
 
     Args:
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
@@ -61,7 +61,7 @@ def seedvar(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """Spread of the dataset mean over training seeds, in dB.
+    """Write the spread of the dataset mean over training seeds, in dB (paper, Table 3).
 
     Args:
         table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
@@ -88,14 +88,14 @@ def seedvar(
 
 
 def _by_seed(item: Mapping) -> pd.DataFrame:
-    """The learned scorer's rows of one evaluation: dataset, scene, draw, seed, k, psnr."""
+    """Read the learned scorer's rows of one evaluation: dataset, scene, draw, seed, k, psnr."""
     runs = read_table(item["path"]).query("method == @LEARNED")
     means = runs.groupby(["seed", "k"])["psnr"].mean().reset_index()
     return means.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"])
 
 
 def _margins(means: pd.DataFrame, spread: pd.DataFrame) -> list[float]:
-    """The learned scorer's mean minus the strongest baseline's, for every row of `spread`."""
+    """Return the learned mean minus the strongest baseline's, for every row of `spread`."""
     psnr = means.set_index(["dataset", "k", "method"])["mean"]
     best = means[means["method"].isin(BASELINES) & (means["k"] != ALL_FRAMES)]
     best = best.groupby(["dataset", "k"])["mean"].max()

@@ -30,7 +30,7 @@ LEAST = 0.02  # share of the image that the object fills in a view that is asked
 
 
 def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
-    """Targets drawn among the frames that show the object; the rest as in `evaluation_split`.
+    """Draw targets among the frames that show the object; the rest as in `evaluation_split`.
 
     Args:
         capture: at the size that is scored, with masks.
@@ -56,7 +56,7 @@ def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
 
 
 def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
-    """The problem, the object's centre being every view's reference point.
+    """Return the problem with the object's centre as every view's reference point.
 
     The centre is found from the masks of frames that may be used, never from the targets'.
     """
@@ -67,7 +67,7 @@ def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Pr
 def trials(
     capture: Capture, *, k: int, draws: int, targets: int, seed: int, long_side: int
 ) -> Iterator[ExperimentCase]:
-    """Yield a trial a draw of targets.
+    """Yield a trial for each draw of targets.
 
     Args:
         targets: of a draw.
@@ -89,7 +89,7 @@ def objectcentric(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """The table "Object-centric novel view synthesis": a group of columns a dataset."""
+    """Write the table "Object-centric novel view synthesis", with columns for each dataset."""
     cells = cells_of(scenes, evaluations, metrics, facts)
     place = {name: at for at, name in enumerate(SHOWN)}
     cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")

@@ -43,7 +43,7 @@ def pipeline_figure(
     scene: str,
     facts: Mapping,
 ) -> None:
-    """The search's population over generations, and the fittest labels on the plan.
+    """Draw the search's population over generations, and the fittest labels from above.
 
     Drawn are the labels of the narrowest, the middle and the widest coverage level.
 
@@ -81,7 +81,7 @@ def pipeline_figure(
 
 
 def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
-    """Table of generation, psnr, fitness of each subset, and the fittest's PSNR until then."""
+    """Return generation, psnr, fitness of each subset, and the fittest's PSNR until then."""
     table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
     fittest = fittest_so_far(table["fitness"].to_numpy())
     return table.assign(best=table["psnr"].to_numpy()[fittest])

@@ -40,7 +40,7 @@ def pair_poses(
     at_least: int,
     reading: Mapping,
 ) -> None:
-    """Two canonical captures of the frames that both sources place.
+    """Write two canonical captures of the frames that both sources place.
 
     Args:
         given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
@@ -110,7 +110,7 @@ def pose_sources(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """The table "Robustness to estimated poses": ours on both sources, and their difference.
+    """Write the table "Robustness to estimated poses": ours on both sources, and the difference.
 
     Args:
         numbers: receives method, source (the second less the first: `difference`), k, metric, mean,
@@ -141,7 +141,7 @@ def pose_sources(
 
 
 def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping) -> pd.DataFrame:
-    """Table of dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
+    """Return dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
     cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
     return cells.assign(dataset=cells["method"], method=cells["source"])
 

@@ -32,7 +32,7 @@ def evaluate_reconchoice(
     memory: int,
     config: str,
 ) -> None:
-    """Quality, seconds and memory with the picks of ours and with all frames, each on its own.
+    """Measure quality, seconds and memory with our picks and with all frames, each on its own.
 
     Args:
         split, selections: split.parquet and what `select` wrote of one draw.
@@ -59,7 +59,7 @@ def reconchoice(
     memory: int,
     facts: Mapping,
 ) -> None:
-    """The table "Comparison across reconstructors".
+    """Write the table "Comparison across reconstructors".
 
     Args:
         evaluations: what `evaluate_reconchoice` wrote: all scenes of the first

@@ -42,7 +42,7 @@ def time_quality(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """PSNR, seconds and memory of ours and its variants at every budget, and of the whole pool.
+    """Write PSNR, seconds and memory of ours and its variants at every budget and in all.
 
     Args:
         evaluations: what `fsel.stages.evaluate` wrote of the sweep's selections, one a problem.
@@ -86,7 +86,7 @@ def time_quality(
 
 
 def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
-    """One row a method and budget.
+    """Return a row for each method and budget.
 
     Args:
         cells: dataset, scene, draw, method, k, psnr of one dataset.
@@ -133,12 +133,12 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
 
 
 def _printed(value: float, digits: int) -> str:
-    """A cost; none where a reconstruction did not finish."""
+    """Print a cost; a dash where a reconstruction did not finish."""
     return MISSING if np.isnan(value) else f"{value:.{digits}f}"
 
 
 def from_candidates(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
-    """The problem in which no method may pick proxies: its whole pool is the last row."""
+    """Return the problem in which no method may pick proxies: its whole pool is the last row."""
     return replace(Problem.of(capture, split, described), proxies_free=False)
 
 

@@ -54,7 +54,7 @@ def evaluate_transfer(
 
 
 def of_each(evaluations: Files, names: Iterable[str]) -> dict[str, Files]:
-    """Name -> its part of the evaluations."""
+    """Map each name to its part of the evaluations."""
     every = list(names)
     count = len(evaluations) // len(every)
     return {name: evaluations[at * count :][:count] for at, name in enumerate(every)}
@@ -72,7 +72,7 @@ def transfer(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """The table "Cross-reconstructor transfer of selected views".
+    """Write the table "Cross-reconstructor transfer of selected views".
 
     Args:
         evaluations: what `evaluate_transfer` wrote: all problems of the first
@@ -115,7 +115,7 @@ def _cells(
     budgets: Sequence[int],
     metrics: Metrics,
 ) -> Iterator[str]:
-    """A row's cells of one reconstructor and every budget."""
+    """Yield a row's cells of one reconstructor and every budget."""
     keyed = means.set_index(["reconstructor", "method", "k", "metric"])
     values, ended = keyed["mean"], keyed.get(OUTCOME)
     gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
@@ -130,7 +130,7 @@ def _cells(
 
 
 def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], facts: Mapping) -> str:
-    """Say which captures and reconstructors made the table, in LaTeX; arguments of `transfer`."""
+    """Describe the captures and reconstructors of the table, in LaTeX; arguments of `transfer`."""
     scenes = len({problem.rpartition("/")[0] for problem in problems})
     names = ", ".join(map(printed, reconstructors.values()))
     return (

@@ -29,7 +29,7 @@ def qualitative(
     reconstruction: Mapping,
     methods: Sequence[str] = VIEWED,
 ) -> None:
-    """Held-out views rendered from each method's selection, its cameras from above below them.
+    """Draw held-out views rendered from each method's selection, and its cameras from above.
 
     Args:
         folder: a canonical capture of the scene with images large enough.
@@ -60,7 +60,7 @@ def real_world(
     reconstruction: Mapping,
     methods: Sequence[str] = VIEWED,
 ) -> None:
-    """Targets of the first sequence, rendered from what methods picked among the others.
+    """Draw targets of the first sequence, rendered from what methods picked among the others.
 
     Args:
         folder: a canonical capture of several sequences with images large enough.
