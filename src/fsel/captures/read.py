@@ -152,9 +152,10 @@ def _layout_of(folder: Path, layout: str) -> Layout:
     names = recognise(folder)
     pictured = any((folder / name).is_dir() for name in colmap.IMAGE_FOLDERS)
     if not names or (names[0] == colmap.LAYOUT.name and not pictured):
-        inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
-        scenes = [name for name in inner if recognise(folder / name)]
-        around = next((outer for outer in folder.resolve().parents[:2] if recognise(outer)), None)
+        scenes = _captures_in(folder)
+        outer = folder.resolve().parents[:2]
+        # a layout may look one folder down: a folder beside a capture is not part of it
+        around = next((one for one in outer if recognise(one) and not _captures_in(one)), None)
         hint = ""
         if around is not None:
             hint = f"; it is part of the capture {around}, give that folder"
@@ -171,6 +172,12 @@ def _layout_of(folder: Path, layout: str) -> Layout:
     also = f" (it also looks like {', '.join(names[1:])})" if names[1:] else ""
     log.info("%s: recognised as %s%s", folder, names[0], also)
     return LAYOUTS[names[0]]
+
+
+def _captures_in(folder: Path) -> list[str]:
+    """Return the names of the folders in a folder that are captures."""
+    inner = [child for child in sorted(folder.iterdir()) if child.is_dir()]
+    return [child.name for child in inner if recognise(child)]
 
 
 def _thinned(raw: RawCapture, every: int) -> RawCapture:

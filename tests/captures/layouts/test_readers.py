@@ -207,6 +207,16 @@ def test_auto_points_at_captures_inside(tmp_path):
         read_raw(tmp_path)
 
 
+def test_a_folder_beside_a_capture_is_not_part_of_it(tmp_path):
+    LAYOUTS["scannet"].write(recording("scannet"), tmp_path / "scene0000_00")
+    (tmp_path / "desk").mkdir()
+    with pytest.raises(ValueError, match="desk: no known layout") as refusal:
+        read_raw(tmp_path / "desk")
+    assert "part of" not in str(refusal.value)
+    with pytest.raises(ValueError, match=f"part of the capture {tmp_path / 'scene0000_00'}"):
+        read_raw(tmp_path / "scene0000_00" / "color")
+
+
 def test_options_of_other_layouts_are_refused(tmp_path):
     LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
     with pytest.raises(ValueError, match=r"reading\.focal: layout mipnerf360 takes nothing"):
