@@ -14,7 +14,7 @@ from selection_problems import capture_of
 from small_captures import film, record_of, select, write_ring
 
 from fsel.cli import main
-from fsel.cli.rerun_command import AGAINST, LISTS, without
+from fsel.cli.select import AGAINST, LISTS, without
 from fsel.pages.report import WORLD, speeds, with_view
 from fsel.pages.shown import _extent
 from fsel.pages.viewer import bundle

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,13 +20,12 @@ from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
 from fsel.cli.options import OPENING
 from fsel.cli.reconstructor_args import stopped_by_interrupt
-from fsel.cli.rerun_command import commands
 from fsel.cli.select_options import RECORDED, UNTURNED
 from fsel.core.geometry import upright
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages.report import REPORT, page
-from fsel.pages.shown import ReportContent, frames_shown, picture_side
+from fsel.pages.shown import Commands, ReportContent, frames_shown, picture_side
 from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
@@ -42,6 +42,13 @@ from fsel.selection.targets import ALL
 from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: what was tried so far decides; again to give up"
+LISTS = {"--always": 1, "--never": 1, "--force": 0}
+AGAINST = {
+    "-k": 1,
+    **dict.fromkeys(("--cover", "--cover-share", "--method"), 1),
+    **dict.fromkeys(("--vram", "--trainer", "--patience"), 1),
+}
+"""Options that do not go with frames to keep, and how many values each takes."""
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -204,3 +211,35 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
             return not stop()
 
         yield TimeBudget(patience.seconds, progress)
+
+
+def commands(args: argparse.Namespace, k: int) -> Commands:
+    """Return the command lines that a report offers.
+
+    Args:
+        args: of `fsel select`.
+        k: picks.
+    """
+    asked = without(args.words, LISTS)
+    keeping = [*without(asked, AGAINST), "-k", str(k)]
+    again = [["fsel", *words, "--force"] for words in (asked, keeping)]
+    view = ["fsel", "view", str(args.out), "-o", f"{args.out}.html"]
+    return Commands(*map(shlex.join, (*again, view)))
+
+
+def without(words: Sequence[str], options: dict[str, int]) -> list[str]:
+    """Return a command line without some options and their values; also abbreviated ones."""
+    kept, skipped = [], 0
+    for word in words:
+        if skipped:
+            skipped -= 1
+            continue
+        name, joined, _ = word.partition("=")
+        if name.startswith("-k") and "-k" in options:
+            name, joined = "-k", word[2:]
+        found = next((o for o in options if len(name) > 1 and o.startswith(name)), None)
+        if found is None or name == "--":
+            kept.append(word)
+        elif not joined:
+            skipped = options[found]
+    return kept
