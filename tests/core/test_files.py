@@ -168,3 +168,12 @@ def test_rows_are_taken_repeated_and_stacked():
     part = chosen(both, both["a"] == 2)
     assert part["s"].tolist() == [[3, 4], [3, 4]]
     assert chosen(both, slice(-1, None))["n"].tolist() == ["longer"]
+
+
+def test_json_has_null_for_numbers_that_are_not_finite():
+    content = {"a": [1.5, float("inf"), (float("nan"), "²")], "b": {"c": -float("inf"), "d": True}}
+    made = files.json_text(content)
+    assert json.loads(made, parse_constant=pytest.fail) == {
+        "a": [1.5, None, [None, "²"]],
+        "b": {"c": None, "d": True},
+    }

@@ -163,6 +163,14 @@ def test_wrong_sizes_are_refused():
         score_views(np.zeros((1, 8, 9, 3), np.float32), np.zeros((1, 8, 8, 3), np.uint8))
 
 
+def test_a_rendering_that_is_not_finite_is_refused_with_its_view():
+    truth = np.zeros((3, 20, 20, 3), np.uint8)
+    rendered = np.zeros((3, 20, 20, 3), np.float32)
+    rendered[1, 5, 5, 0] = np.nan
+    with pytest.raises(ValueError, match="view 1 "):
+        score_views(rendered, truth)
+
+
 def test_another_metric_is_scored_beside_those_of_the_one_pass(monkeypatch):
     def largest(rendered, truth, masks):
         return np.abs(rendered - truth / 255).max(axis=(1, 2, 3))

@@ -1,5 +1,7 @@
 """The standard `.ply` of Gaussians: written, read, and refused by name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
@@ -86,6 +88,33 @@ def test_a_value_that_is_not_finite_is_named(tmp_path):
 def test_what_is_no_ply_is_refused_by_name(tmp_path, content):
     (tmp_path / "a.ply").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.ply: no "):
+        ply.read(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("count", ["500000000", "2400000000", "9" * 30])
+def test_a_count_beyond_the_file_is_refused_before_memory_is_taken(tmp_path, count):
+    ply.write(tmp_path / "a.ply", cloud(0))
+    content = (tmp_path / "a.ply").read_bytes()
+    damaged = content.replace(b"element vertex 7", f"element vertex {count}".encode())
+    (tmp_path / "a.ply").write_bytes(damaged)
+    with pytest.raises(ValueError, match=rf"a\.ply.*{count} rows.*{len(damaged)} bytes"):
+        ply.read(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("colour", ["nan nan nan", "0 inf 0", "0 0 red"])
+def test_a_background_that_is_no_colour_is_refused(tmp_path, colour):
+    ply.write(tmp_path / "a.ply", replace(cloud(0), background=np.zeros(3)))
+    content = (tmp_path / "a.ply").read_bytes()
+    (tmp_path / "a.ply").write_bytes(
+        content.replace(b"background 0 0 0", f"background {colour}".encode())
+    )
+    with pytest.raises(ValueError, match=rf"a\.ply.*{colour}"):
+        ply.read(tmp_path / "a.ply")
+
+
+def test_a_file_without_gaussians_is_refused(tmp_path):
+    ply.write(tmp_path / "a.ply", cloud(0, count=0))
+    with pytest.raises(ValueError, match=r"a\.ply: holds no Gaussians"):
         ply.read(tmp_path / "a.ply")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Sequence
 
 import cv2
@@ -19,6 +18,7 @@ from fsel.cli.open_capture import inputs_of
 from fsel.cli.reconstructor_args import bound, checked
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.core.capture import Capture
+from fsel.core.files import json_text
 from fsel.core.outputs import staged
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, subset_key
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
         rows = _rows(capture, compared, picks, served(problem, picks, SEEN))
         content = _content(args, compared, rows)
-        (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+        (stage / "compare.json").write_text(json_text(content), encoding="utf-8")
         table = _table(compared, rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()

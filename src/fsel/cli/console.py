@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
+from fsel.core.files import json_text
 
 PATIENCE = 2.0  # seconds before a bar is shown
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
@@ -45,7 +45,7 @@ class Console(Reporter):
     def give(self, result: dict) -> None:
         """Print the result, for scripts that take it."""
         if self.as_json:
-            print(json.dumps(result, indent=1))
+            print(json_text(result))
 
     @contextmanager
     def clock(self, label: str) -> Iterator[None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -19,6 +18,7 @@ from fsel.cli.console import Console
 from fsel.cli.open_capture import as_written, inputs_of, of_selection
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.core.capture import Views
+from fsel.core.files import json_text
 from fsel.core.names import distinct
 from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
             "mean": means,
             "views": rows,
         }
-        (stage / "render.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+        (stage / "render.json").write_text(json_text(content), encoding="utf-8")
         table = _table(rows, means, metrics)
         (stage / "render.txt").write_text(table, encoding="utf-8")
     console.text(table)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import time
 from collections.abc import Iterator, Sequence
@@ -21,6 +20,7 @@ from fsel.cli.open_capture import inputs_of, opened, reasons
 from fsel.cli.options import OPENING
 from fsel.cli.reconstructor_args import stopped_by_interrupt
 from fsel.cli.select_options import RECORDED, UNTURNED
+from fsel.core.files import json_text
 from fsel.core.geometry import upright
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
@@ -76,8 +76,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         seconds |= outcome.seconds | {"write": time.perf_counter() - written}
         seconds["total"] = time.perf_counter() - started
         content["seconds"] = {name: round(value, 4) for name, value in seconds.items()}
-        text = json.dumps(content, indent=1, ensure_ascii=False)
-        (stage / record.RECORD).write_text(text, encoding="utf-8")
+        (stage / record.RECORD).write_text(json_text(content), encoding="utf-8")
     _say_outcome(console, outcome)
     console.say("written", f"{args.out} after {seconds['total']:.2f} s")
     console.give(content)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import re
 import shutil
@@ -92,6 +93,19 @@ def write_text(text: str, path: str | Path) -> None:
     """Write a text file atomically."""
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def json_text(content: Any) -> str:
+    """Return JSON that every parser reads: numbers that are not finite become null."""
+
+    def known(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {key: known(part) for key, part in value.items()}
+        if isinstance(value, list | tuple):
+            return [known(part) for part in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(known(content), indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def digest(values: Mapping[str, Any]) -> str:

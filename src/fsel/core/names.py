@@ -35,7 +35,7 @@ def distinct(names: list[str]) -> list[str]:
 
 def natural(name: str) -> list[tuple[int, str]]:
     """Sort key: digit runs compare as numbers."""
-    return [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name) if p]
+    return [(int(p), "") if p.isdecimal() else (-1, p) for p in re.split(r"(\d+)", name) if p]
 
 
 def name_seed(*parts: object) -> int:

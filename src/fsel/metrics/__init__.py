@@ -65,9 +65,12 @@ def score_views(
         (T, M) float64, columns as `metrics`.
 
     Raises:
-        ValueError: for an unknown metric, when shapes differ, the images are smaller than 11x11, or
-            a mask has no pixel with a whole window around it.
+        ValueError: for an unknown metric, when shapes differ, the images are smaller than 11x11, a
+            mask has no pixel with a whole window around it, or a rendered value is not finite.
     """
+    if not np.isfinite(rendered).all():
+        view = int(np.argmin(np.isfinite(rendered).all(axis=(1, 2, 3))))
+        raise ValueError(f"view {view} is rendered with values that are not finite")
     if tuple(metrics) == fused.NAMES:
         return fused.score(rendered, truth, masks)
     columns, settings = {}, _settings(metrics)

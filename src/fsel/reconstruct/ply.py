@@ -9,6 +9,8 @@ from typing import BinaryIO
 import numpy as np
 from plyfile import PlyData, PlyElement, PlyParseError
 
+from fsel.captures.layouts.ply_points import check_counts
+
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")  # written as zeros: viewers expect the columns
 CONSTANT = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -109,6 +111,7 @@ def read(path: str | Path) -> Cloud:
     if Path(path).exists() and not Path(path).is_file():
         raise ValueError(f"{path}: no .ply file: not a regular file")
     try:
+        check_counts(path)
         data = PlyData.read(str(path))
     except (PlyParseError, ValueError) as error:
         raise ValueError(f"{path}: no .ply file: {error}") from error
@@ -127,6 +130,8 @@ def read(path: str | Path) -> Cloud:
         )
     with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
         values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
+    if not len(values):
+        raise ValueError(f"{path}: holds no Gaussians")
     for row, column in np.argwhere(~(np.abs(values) <= LARGEST))[:1]:
         what = f"{needed[column]} of Gaussian {row} is {values[row, column]}"
         raise ValueError(f"{path}: {what}; allowed: -{LARGEST:g} to {LARGEST:g}")
@@ -150,7 +155,10 @@ def _background(comments: list[str], path: str | Path) -> np.ndarray:
         words = comment.split()
         if words[:1] == [BACKGROUND] and len(words) == 4:
             try:
-                return np.array(words[1:], np.float32)
+                colour = np.array(words[1:], np.float32)
             except ValueError as error:
                 raise ValueError(f"{path}: comment {comment!r} holds no colour") from error
+            if not np.isfinite(colour).all():
+                raise ValueError(f"{path}: comment {comment!r} holds no colour")
+            return colour
     return np.zeros(3, np.float32)

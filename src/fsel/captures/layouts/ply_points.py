@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -15,6 +16,7 @@ from fsel.core.geometry import MOST_LENGTH
 from fsel.core.points import NO_POINTS, RawPoints
 
 PLACE, COLOUR = ("x", "y", "z"), ("red", "green", "blue")
+HEADER = 1 << 16  # bytes that are looked at for the header
 GREY = 128  # of points without a colour
 
 
@@ -49,7 +51,8 @@ def read(path: Path) -> RawPoints:
     if not path.exists():
         raise ValueError(f"{path}: file of points is missing")
     try:
-        content = PlyData.read(str(regular(path)))
+        check_counts(regular(path))
+        content = PlyData.read(str(path))
         vertices = content["vertex"].data
         with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
             xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
@@ -59,6 +62,20 @@ def read(path: Path) -> RawPoints:
     for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{path}: point {row} lies at {xyz[row].tolist()}, not finite")
     return replace(NO_POINTS, xyz=xyz, rgb=rgb)
+
+
+def check_counts(path: str | Path) -> None:
+    """Refuse a header that counts more rows than the file has bytes; they would be made room for.
+
+    Raises:
+        ValueError: naming the count and the bytes.
+    """
+    size = Path(path).stat().st_size
+    with open(path, "rb") as file:
+        header = file.read(HEADER).partition(b"end_header")[0]
+    for count in map(int, re.findall(rb"^element \S+ (\d+)", header, re.M)):
+        if count > size:
+            raise ValueError(f"its header counts {count} rows, and it has {size} bytes")
 
 
 def _colours(vertices: np.ndarray) -> np.ndarray:
