@@ -103,6 +103,15 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there, two may listen at one port")
+def test_a_model_without_gaussians_is_refused(tmp_path, capsys):
+    nothing = np.zeros((0, 3))
+    path = tmp_path / "empty.ply"
+    ply.write_round(path, nothing, nothing, np.zeros(0), np.zeros(0))
+    assert main(["view", str(path), "-o", str(tmp_path / "page.html")]) != 0
+    assert "empty.ply: holds no Gaussians" in capsys.readouterr().err
+    assert not (tmp_path / "page.html").exists()
+
+
 def test_a_port_that_another_program_has_is_refused(made, capsys):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])

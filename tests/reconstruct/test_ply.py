@@ -112,12 +112,6 @@ def test_a_background_that_is_no_colour_is_refused(tmp_path, colour):
         ply.read(tmp_path / "a.ply")
 
 
-def test_a_file_without_gaussians_is_refused(tmp_path):
-    ply.write(tmp_path / "a.ply", cloud(0, count=0))
-    with pytest.raises(ValueError, match=r"a\.ply: holds no Gaussians"):
-        ply.read(tmp_path / "a.ply")
-
-
 def test_a_truncated_file_is_refused_by_name(tmp_path):
     ply.write(tmp_path / "a.ply", cloud(1))
     content = (tmp_path / "a.ply").read_bytes()

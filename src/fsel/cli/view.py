@@ -95,6 +95,8 @@ def _scene(
     cloud = None
     if sources.model is not None:
         cloud = ply.read(sources.model)
+        if not len(cloud.xyz):
+            raise ValueError(f"{sources.model}: holds no Gaussians, so nothing would be seen")
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if sources.capture is None:
         return viewer.scene(None, [], cloud, url=url), cloud

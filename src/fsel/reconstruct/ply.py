@@ -130,8 +130,6 @@ def read(path: str | Path) -> Cloud:
         )
     with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
         values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
-    if not len(values):
-        raise ValueError(f"{path}: holds no Gaussians")
     for row, column in np.argwhere(~(np.abs(values) <= LARGEST))[:1]:
         what = f"{needed[column]} of Gaussian {row} is {values[row, column]}"
         raise ValueError(f"{path}: {what}; allowed: -{LARGEST:g} to {LARGEST:g}")
