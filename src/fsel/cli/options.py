@@ -115,6 +115,13 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
 def add_opening(command: argparse.ArgumentParser) -> None:
     """Add options of how a folder or a video becomes a capture with poses."""
     command.set_defaults(beside=[], by=None)
+    add_poses(command)
+    add_video(command)
+    add_reading(command)
+
+
+def add_poses(command: argparse._ActionsContainer) -> None:
+    """Add where poses come from, and what finds them."""
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
@@ -122,8 +129,6 @@ def add_opening(command: argparse.ArgumentParser) -> None:
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
     add_features(command)
-    add_video(command)
-    add_reading(command)
 
 
 def add_captures(command: argparse.ArgumentParser, text: str) -> None:
@@ -200,14 +205,13 @@ def add_checking(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_keeping(command: argparse.ArgumentParser) -> None:
+def add_keeping(command: argparse._ActionsContainer) -> None:
     command.add_argument(
         "--keep-bad",
         action="store_true",
         help="do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
         "them be picked",
     )
-    add_checking(command)
 
 
 def add_object(command: argparse._ActionsContainer, what: str) -> None:

@@ -119,6 +119,7 @@ def _add_compare(commands) -> None:
         "default), or names.txt (one a line)",
     )
     add_keeping(command)
+    add_checking(command)
     add_object(command, "frames that see the object, compared inside of their masks")
     command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")
     _add_reconstructor(command)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from fsel.cli.options import (
     LARGEST,
-    OPENING,
     add_captures,
-    add_features,
+    add_keeping,
     add_object,
     add_output,
+    add_poses,
     add_reading,
     bare_command,
     duration,
@@ -114,12 +114,7 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--never", type=Path, metavar="NAMES", help="file of frames that are not picked"
     )
-    group.add_argument(
-        "--keep-bad",
-        action="store_true",
-        help="do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
-        "them be picked",
-    )
+    add_keeping(group)
     group.add_argument(
         "--geometry-only",
         action="store_true",
@@ -129,13 +124,7 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
 
 
 def _add_opening(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--poses",
-        choices=("layout", "colmap"),
-        default=OPENING["poses"],
-        help="the capture's own (by default), or those that COLMAP finds in its images alone",
-    )
-    add_features(group)
+    add_poses(group)
     group.add_argument(
         "--rate",
         type=positive,

@@ -154,8 +154,8 @@ def _background(comments: list[str], path: str | Path) -> np.ndarray:
         if words[:1] == [BACKGROUND] and len(words) == 4:
             try:
                 colour = np.array(words[1:], np.float32)
-            except ValueError as error:
-                raise ValueError(f"{path}: comment {comment!r} holds no colour") from error
+            except ValueError:
+                colour = np.full(3, np.nan, np.float32)
             if not np.isfinite(colour).all():
                 raise ValueError(f"{path}: comment {comment!r} holds no colour")
             return colour

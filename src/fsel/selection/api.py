@@ -62,7 +62,7 @@ def select(
     Args:
         capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
             `pycolmap.Reconstruction`, or the content of a transforms.json. Images of the last two
-            are sought from the current folder; without them, poses and points alone decide.
+            are read from the current folder; without them, poses and points alone decide.
         k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
             among the first picks of a nested method, see `fsel.selection.budget`. None: as few as
             `cover` needs.

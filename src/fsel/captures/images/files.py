@@ -239,7 +239,7 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     content = path.read_bytes() if path.is_file() else b""
     with opened(path, BytesIO(content)) as photo:
         turned = photo.format == "TIFF" and _orientation(photo) != 1
-    if turned:  # OpenCV and Pillow turn it whatever they are told, and cameras describe the rest
+    if turned:  # OpenCV and Pillow turn it in any case, and cameras describe the rest
         raise ValueError(f"{path}: a TIFF that asks for a turn. Hint: save it upright, without")
     try:
         pixels = np.frombuffer(content, np.uint8)

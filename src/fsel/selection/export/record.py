@@ -243,10 +243,9 @@ def _validation(tried: ValidationResult) -> dict:
 
 
 def _scores(trial: CandidateScore) -> dict:
-    """Describe a selection that was compared with the first; numbers as JSON knows them."""
-    values = {name: getattr(trial, name) for name in ("gain", "least", "error", "ssim")}
-    known = {name: round(v, 4) if np.isfinite(v) else None for name, v in values.items()}
-    return {"name": trial.name, **known, "validation": trial.validation, "fits": trial.fits}
+    """Describe a selection that was compared with the first."""
+    values = {name: round(getattr(trial, name), 4) for name in ("gain", "least", "error", "ssim")}
+    return {"name": trial.name, **values, "validation": trial.validation, "fits": trial.fits}
 
 
 def _scorer(method: Method) -> dict | None:
