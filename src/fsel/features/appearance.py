@@ -12,6 +12,7 @@ import numpy as np
 GRID = 4
 BINS = 8
 LAB_HOG = "lab_hog"
+KINDS = (LAB_HOG, "dinov2")
 CONFIGURED = ("appearance.kind", "appearance.weights")  # as a configuration names them
 DINOV2 = "vit_small_patch14_dinov2.lvd142m"
 DINOV2_SIDE = 224
@@ -26,12 +27,10 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
 
     Args:
         images: (N, h, w, 3) uint8 RGB.
-        kind: `lab_hog`, which needs no weights, or `dinov2` (Oquab et al. 2024): the class token of
-            ViT-S/14 through timm, in float32, on a GPU where there is one.
+        kind: `lab_hog`, CIE Lab means and gradient-orientation histograms on a 4x4 grid (Dalal and
+            Triggs 2005), or `dinov2` (Oquab et al. 2024): the class token of ViT-S/14 through timm,
+            of the whole frame at 224x224, on a GPU where there is one. The paper states no model.
         weights: path of a DINOv2 checkpoint; only for `dinov2`.
-
-    The paper states no model, size or pooling of its DINO features. Here the whole frame is resized
-    to 224x224 (means of the pixels covered) and normalised by ImageNet's mean and deviation.
 
     Returns:
         (N, D) float32, rows of unit length; cosine similarity is their dot product.
@@ -39,7 +38,7 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
     Raises: as `check`.
     """
     check(kind, weights)
-    raw = KINDS[kind](images, weights)
+    raw = _dinov2(images, weights) if kind == "dinov2" else np.stack([*map(_lab_hog, images)])
     length = np.linalg.norm(raw, axis=1, keepdims=True)
     return (raw / np.where(length > 0, length, 1)).astype(np.float32)
 
@@ -48,8 +47,7 @@ def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIG
     """Refuse what `descriptors` could not make, before images are read.
 
     Args:
-        kind, weights: see `descriptors`.
-        named: what a person calls the two: keys of a configuration, or options.
+        kind, weights: see `descriptors`, by the names that a person calls the two: `named`.
 
     Raises:
         ValueError: for an unknown kind, or weights given to a kind that has none.
@@ -78,18 +76,13 @@ def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIG
             )
 
 
-def _lab_hog(images: np.ndarray, weights: str | None) -> np.ndarray:
-    """CIE Lab means and gradient-orientation histograms on a 4x4 grid (Dalal and Triggs 2005)."""
-    return np.stack([_describe(np.ascontiguousarray(image)) for image in images])
-
-
-def _describe(image: np.ndarray) -> np.ndarray:
-    lab = cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB) / 100
+def _lab_hog(image: np.ndarray) -> np.ndarray:
+    pixels = np.ascontiguousarray(image).astype(np.float32)
+    lab = cv2.cvtColor(pixels / 255, cv2.COLOR_RGB2LAB) / 100
     layout = cv2.resize(lab, (GRID, GRID), interpolation=cv2.INTER_AREA)
     light = lab[..., 0]
-    across = cv2.Sobel(light, cv2.CV_32F, 1, 0)
-    down = cv2.Sobel(light, cv2.CV_32F, 0, 1)
-    strength, angle = cv2.cartToPolar(across, down)
+    gradient = cv2.Sobel(light, cv2.CV_32F, 1, 0), cv2.Sobel(light, cv2.CV_32F, 0, 1)
+    strength, angle = cv2.cartToPolar(*gradient)
     # unsigned orientation: opposite gradients are the same edge
     bins = ((angle % np.pi) / np.pi * BINS).astype(int) % BINS
     maps = strength[..., None] * (bins[..., None] == np.arange(BINS))
@@ -103,8 +96,7 @@ def _describe(image: np.ndarray) -> np.ndarray:
     )
     norm = np.linalg.norm(cells)
     edges = cells.ravel() / norm if norm > 0 else cells.ravel()
-    colour = layout.ravel() / GRID
-    return np.concatenate([colour, edges])
+    return np.concatenate([layout.ravel() / GRID, edges])
 
 
 def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
@@ -130,6 +122,3 @@ def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
             batch = torch.from_numpy(scaled).permute(0, 3, 1, 2).to(device)
             rows.append(model(batch).cpu().numpy())
     return np.concatenate(rows)
-
-
-KINDS = {"lab_hog": _lab_hog, "dinov2": _dinov2}

@@ -1,7 +1,4 @@
-"""Names and positions of a scorer's inputs (paper, section 3.2 and Appendix A.1).
-
-No other file states where an input lies.
-"""
+"""Names and positions of a scorer's inputs (paper, section 3.2 and Appendix A.1)."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ MVSNET_SPREAD = (1.0, 10.0)
 def static_features(
     problem: Problem, pool: np.ndarray, references: Views, appearance: bool = True
 ) -> np.ndarray:
-    """Return the 14 features that do not depend on the selection.
+    """Return (n, 14) features that do not depend on the selection, as `STATIC`, in `UNITS`.
 
     Args:
         problem: the selection problem.
@@ -52,10 +52,6 @@ def static_features(
         references: views that stand for the targets: the proxies' poses in the paper, or the
             targets' own. Appearance is always compared with the proxies, the only ones with images.
         appearance: False leaves the three similarity columns zero and touches no descriptor.
-
-    Returns:
-        (n, 14) float64 in world units, radians and cosines; columns
-        as `fsel.features.columns.STATIC`.
     """
     capture = problem.capture
     centers, axes = capture.centers[pool], capture.axes[pool]
@@ -125,9 +121,7 @@ def mvsnet_score(angle: np.ndarray) -> np.ndarray:
 def features_table(problem: Problem) -> dict[str, Any]:
     """Describe every candidate by what no pick changes (paper, section 3.2), unstandardised.
 
-    Returns:
-        One row a candidate, ascending: frame, name, and the 14 columns
-        `fsel.features.columns.STATIC` as float64. Units are `fsel.features.static.UNITS`.
+    One row a candidate, ascending: frame, name, and the columns `STATIC` in `UNITS`.
     """
     names = [problem.capture.names[frame] for frame in problem.candidates]
     references = problem.capture.view(problem.proxies)
@@ -136,12 +130,7 @@ def features_table(problem: Problem) -> dict[str, Any]:
 
 
 def with_features(problem: Problem, table: Columns, source: str | Path) -> Problem:
-    """Return the problem with the features that `features_table` wrote down for it.
-
-    Args:
-        problem: the selection problem.
-        table: its rows in any order.
-        source: the file they were read from, for error messages.
+    """Return the problem with the features that `features_table` wrote down, rows in any order.
 
     Raises:
         ValueError: for rows that are not the problem's candidates, one each, or values that are

@@ -12,7 +12,7 @@ from fsel.core.files import Columns, by_column
 from fsel.features.columns import INPUTS
 from fsel.selectors.policies import Policy
 from fsel.selectors.rollout import Rollout, follow
-from fsel.selectors.scorer import WIDTH
+from fsel.selectors.scorer import SHAPES, WIDTH
 from fsel.training.labelled import Scenes, labelled_problems
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
@@ -24,8 +24,8 @@ class Trajectory:
     """One retained subset as K supervised decisions.
 
     Attributes:
-        features: (K, n, 19) float32 standardised inputs of the n pool frames at each step.
-        selectable: (K, n) bool, False once a frame is in the prefix.
+        features: (K, n, 19) float32 inputs of the n pool frames at each step.
+        selectable: (K, n) bool, False once a frame is picked.
         picks: (K,) int64 row picked at each step.
         weight: w_m of Eq. 5.
     """
@@ -37,13 +37,7 @@ class Trajectory:
 
 
 def training_data(trajectories: Columns, scenes: Scenes, policy: Policy) -> list[Trajectory]:
-    """Return ordered subsets with their inputs as the policy will see them.
-
-    Args:
-        trajectories: what `fsel.stages.order` wrote.
-        scenes: see `fsel.training.labelled`.
-        policy: that is trained.
-    """
+    """Return the ordered subsets that `fsel.stages.order` wrote, as the policy will see them."""
     data = []
     for problem, rows in labelled_problems(trajectories, scenes):
         prepared = policy.prepare(problem)
@@ -66,17 +60,16 @@ def train(
     """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
 
     Args:
-        trajectories: training trajectories.
-        validation: trajectories of scenes kept apart; only reported, never fitted.
-        seed: initialisation and order of presentation.
+        trajectories: that are fitted.
+        validation: of scenes kept apart; only reported.
+        seed: of the initialisation and the order of presentation.
         epochs: passes over the trajectories.
         learning_rate: Adam's, fixed.
-        dtype: arithmetic of the network; float32 is what the paper's scale needs.
+        dtype: of the network's arithmetic.
 
     Returns:
-        The weights as float32 arrays keyed as in `fsel.selectors.scorer`, and a log with one row an
-        epoch and set (epoch 0: before the first update): epoch, split, loss, agreement. Those of
-        `train` are means over the pass, each trajectory as it was met.
+        Float32 arrays as `fsel.selectors.scorer.SHAPES`, and a log with one row an epoch (0: before
+        the first update) and set: epoch, split, loss, agreement, of `train` as met in the pass.
     """
     torch.manual_seed(seed)
     network = perceptron(WIDTH).to(dtype)
@@ -104,15 +97,12 @@ def passes(
     """Fit a network in place, whatever its kind: Adam, one update a trajectory.
 
     Args:
-        network: to fit.
         data: trajectories; the last entry of each is its weight w_m, the others are for `cost`.
-        cost: see `Cost`.
-        seed: of the order of presentation.
-        epochs, learning_rate: as in `train`.
+        network, cost, seed, epochs, learning_rate: as in `train`.
 
     Yields:
         The number of passes made, and the mean loss and agreement that the last one met: 0 and
-        nothing before the first update, then one pair a pass.
+        nothing before the first update.
     """
     # not fused it takes MKL's square root, which ends in other digits on other processors
     optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate, fused=True)
@@ -152,12 +142,9 @@ def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
 def imitation(
     scores: torch.Tensor, selectable: torch.Tensor, picks: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Mean cross-entropy over the steps, and the share of steps whose argmax is the label.
+    """Return the mean cross-entropy over K steps, and the share whose argmax is the label.
 
-    Args:
-        scores: (K, n) of every row at every step.
-        selectable: (K, n) bool; the others are out of the softmax.
-        picks: (K,) int64 labels.
+    Scores are (K, n); rows that are not selectable, (K, n), are out of the softmax.
     """
     logits = scores.masked_fill(~selectable, -torch.inf)
     agreement = (logits.argmax(dim=1) == picks).to(logits.dtype).mean()
@@ -181,8 +168,5 @@ def _cost(network, features, selectable, picks) -> tuple[torch.Tensor, torch.Ten
 
 
 def _weights(network: torch.nn.Sequential) -> dict[str, np.ndarray]:
-    weights = {}
-    for name, layer in zip(("layer1", "layer2", "layer3"), network[::2], strict=True):
-        weights[f"{name}.weight"] = layer.weight.detach().to(torch.float32).numpy().copy()
-        weights[f"{name}.bias"] = layer.bias.detach().to(torch.float32).numpy().copy()
-    return weights
+    values = [value.detach().to(torch.float32).numpy().copy() for value in network.parameters()]
+    return dict(zip(SHAPES, values, strict=True))

@@ -24,10 +24,8 @@ class EvaluationLimitReached(Exception):
 class Journal:
     """An append-only file of evaluations: one JSON line each, written as soon as it is known.
 
-    The searches are deterministic, so a job that starts again asks for the same subsets in the
-    same order and is answered from here. Numbers are kept exactly: JSON holds the shortest decimal
-    that reads back as the same float. A line that a kill cut short is dropped, and several
-    processes may append at once: they write equal lines.
+    Searches are deterministic: a job that starts again asks for the same subsets and is answered
+    from here. A line that a kill cut short is dropped; several processes may append at once.
 
     Args:
         output: the job's output; the journal lies beside it.
@@ -91,14 +89,9 @@ class Journal:
     def remember(
         self, label: Hashable, evaluate: Callable[[np.ndarray], np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Give `evaluate` a memory.
+        """Give `evaluate`, (K,) ascending frames -> metrics, a memory under a label of its own.
 
-        Args:
-            label: tells this evaluator's subsets from another's in the same journal.
-            evaluate: (K,) ascending frames -> metrics.
-
-        Returns:
-            A function that raises `EvaluationLimitReached` beyond what this job may add.
+        Beyond what this job may add, it raises `EvaluationLimitReached`.
         """
 
         def remembered(subset: np.ndarray) -> np.ndarray:
@@ -106,16 +99,13 @@ class Journal:
             if key not in self._known:
                 if self._most is not None and len(self._known) >= self._most:
                     raise EvaluationLimitReached
-                self._add(key, np.asarray(evaluate(subset), float).tolist())
+                self._known[key] = np.asarray(evaluate(subset), float).tolist()
+                self._file.write(json.dumps([key, self._known[key]]) + "\n")
+                self._file.flush()
+                self.fresh += 1
+                if self.fresh % PROGRESS == 0:
+                    known = len(self._known)
+                    logger.info("%s: %d evaluations, %d of them now", label, known, self.fresh)
             return np.array(self._known[key])
 
         return remembered
-
-    def _add(self, key: str, values: list[float]) -> None:
-        self._known[key] = values
-        self._file.write(json.dumps([key, values]) + "\n")
-        self._file.flush()
-        self.fresh += 1
-        if self.fresh % PROGRESS == 0:
-            label = key.split(":")[0]
-            logger.info("%s: %d evaluations, %d of them now", label, len(self._known), self.fresh)

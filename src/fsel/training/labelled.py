@@ -23,12 +23,8 @@ Scenes = Mapping[str, Sequence[str | Path]]
 def labelled_problems(
     trajectories: Columns, scenes: Scenes
 ) -> Iterator[tuple[Problem, list[dict[str, Any]]]]:
-    """Yield the problem of every scene and coverage level, and its rows of the table, best first.
-
-    Args:
-        trajectories: what `fsel.stages.order` wrote.
-        scenes: see `Scenes`.
-    """
+    """Yield the problem of every scene and coverage level, and its rows of the table that
+    `fsel.stages.order` wrote, best first."""
     columns = (np.asarray(trajectories[name]).tolist() for name in trajectories)
     rows = [dict(zip(trajectories, row, strict=True)) for row in zip(*columns, strict=True)]
     rows.sort(key=itemgetter("scene", "coverage", "rank"))
@@ -41,18 +37,12 @@ def labelled_problems(
 def read_problems(
     folder: str | Path, splits: str | Path, features: str | Path | None = None
 ) -> dict[int, Problem]:
-    """Read the problems of a labelled scene, each file once for all coverage levels.
+    """Read the problems of a labelled scene, by coverage in per cent, each file once.
 
     Args:
         folder: a canonical capture with its descriptors.
         splits: what `fsel.stages.split_labelled` wrote.
         features: what `fsel.stages.features` wrote of them; None leaves them to whoever reads them.
-
-    Returns:
-        Coverage in per cent -> problem, ascending.
-
-    Raises:
-        ValueError: for features of other candidates than the split's.
     """
     capture = Capture.load(folder)
     described = read_columns(Path(folder) / "descriptors.parquet")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -20,17 +21,7 @@ from fsel.training.search import (
     swap_search,
 )
 
-GENETIC = (
-    "population",
-    "farthest",
-    "uniform",
-    "generations",
-    "elites",
-    "tournament",
-    "crossover",
-    "mutation",
-)
-
+GENETIC = tuple(field.name for field in fields(GeneticSettings))
 
 Labeller = Callable[
     [Evaluate, Problem, Split, Mapping[str, Any], np.random.Generator], SearchResult
@@ -71,7 +62,7 @@ def searched(
     seeds: Sequence[int],
     metrics: Metrics = METRICS,
 ) -> dict[str, np.ndarray]:
-    """Search one problem's subsets (paper, section 3.4).
+    """Search one problem's subsets (paper, section 3.4) and return their `search_table`.
 
     Args:
         evaluate: (K,) frames -> (3,) metrics on the proxies.
@@ -80,9 +71,6 @@ def searched(
         search: the config's section of that name.
         seeds: of the search: the scene's and the coverage.
         metrics: that `evaluate` measures.
-
-    Returns:
-        What `search_table` does.
     """
     rng = np.random.default_rng(seeds)
     result = LABELLERS[search["labeller"]](evaluate, problem, split, search, rng)
@@ -92,10 +80,8 @@ def searched(
 def search_table(
     result: SearchResult, stored: int, metrics: Metrics = METRICS
 ) -> dict[str, np.ndarray]:
-    """Return one row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
-
-    `rank` is -1 beyond the `stored` fittest.
-    """
+    """Return one row a distinct subset, in the order of evaluation; `rank` 0 is the fittest, and -1
+    are those beyond the `stored` fittest."""
     rank = np.full(len(result.subsets), -1)
     rank[result.best(stored)] = np.arange(min(stored, len(rank)))
     table = {"generation": result.generation, "subset": result.subsets}

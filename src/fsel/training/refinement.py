@@ -1,9 +1,5 @@
-"""Fitting a linear policy to reconstruction itself: an evolution strategy over its coefficients.
-
-The paper's scorer only imitates; its future work asks for policies that optimise subsets directly.
-Here the policy is a linear rule of a few inputs, and CMA-ES (Hansen, arXiv 1604.00772) moves its
-coefficients to raise the quality of real reconstructions at every budget.
-"""
+"""Fitting a linear policy to reconstruction itself: CMA-ES (Hansen, arXiv 1604.00772) moves its
+coefficients to raise the quality of real reconstructions at every budget."""
 
 from __future__ import annotations
 
@@ -38,20 +34,16 @@ def refine(
 ) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Maximise an objective over the coefficients of a linear rule.
 
-    Picks do not change when all coefficients are scaled together, so that one which is surely
-    not zero had better be held.
-
     Args:
-        objective: (coefficients of some policies, generation) -> (policies,) values to raise; all
-            policies of a generation must be measured on the same problems.
+        objective: (coefficients of some policies, generation) -> (policies,) values to raise, of a
+            generation all measured on the same problems.
         start: name of an input -> coefficient to begin with.
-        free: names of those that may move.
+        free: those that may move. Picks stay where all are scaled alike: hold one that is not zero.
         settings: see `RefineSettings`.
         seed: of the strategy's sampling.
 
     Returns:
-        The final distribution's mean, which averages the noise of single generations out, and a
-        log: generation, best, mean, step.
+        The final distribution's mean, and a log: generation, best, mean, step.
     """
 
     def policy(values: np.ndarray) -> dict[str, float]:
@@ -67,12 +59,6 @@ def refine(
         sampled = strategy.ask()
         values = objective([policy(x) for x in sampled], generation)
         strategy.tell(sampled, (-values).tolist())
-        log.append(
-            {
-                "generation": generation,
-                "best": values.max(),
-                "mean": values.mean(),
-                "step": strategy.sigma,
-            }
-        )
+        reached = {"best": values.max(), "mean": values.mean(), "step": strategy.sigma}
+        log.append({"generation": generation} | reached)
     return policy(strategy.mean), by_column(log)

@@ -1,7 +1,6 @@
 """Subset searches scored by real reconstruction: the paper's, a random one, and a stronger one.
 
-All searches take an `evaluate(subset) -> (3,)` callable (PSNR, SSIM, perceptual distance) and
-return every distinct subset that they evaluated. They are deterministic given the generator, so a
+All return every distinct subset that they evaluated, and are deterministic given the generator: a
 search that was cut off resumes by replaying with an `evaluate` that remembers.
 """
 
@@ -16,6 +15,7 @@ from fsel.core.geometry import farthest_views
 from fsel.core.subsets import subset_key
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
+"""(K,) ascending frames -> (3,) PSNR, SSIM, perceptual distance."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class SearchResult:
         subsets: (n, K) int64, each row ascending.
         metrics: (n, 3) float64, PSNR, SSIM, perceptual distance.
         fitness: (n,) float64 in [0, 1], over all rows together (paper, section 3.4).
-        generation: (n,) int64, the generation that first met the subset.
+        generation: (n,) int64 that first met the subset.
     """
 
     subsets: np.ndarray
@@ -54,13 +54,9 @@ class SearchResult:
 
 
 def fitness(metrics: np.ndarray) -> np.ndarray:
-    """Mean of min-max normalised PSNR, SSIM and negated perceptual distance (paper, section 3.4).
+    """(n,) mean of (n, 3) min-max normalised PSNR, SSIM and negated perceptual distance.
 
-    Args:
-        metrics: (n, 3); the last column is better when lower.
-
-    Returns:
-        (n,) in [0, 1]; a metric that is equal for all subsets counts as 0 for all.
+    Paper, section 3.4. A metric that is equal for all subsets counts as 0 for all.
     """
     signed = metrics * np.array([1.0, 1.0, -1.0])
     low, span = signed.min(axis=0), np.ptp(signed, axis=0)
@@ -111,7 +107,7 @@ def genetic_search(
     """Run the paper's search (section 3.4, Appendix A.2).
 
     Args:
-        evaluate: (K,) ascending frames -> (3,) metrics.
+        evaluate: see `Evaluate`.
         pool: (P,) frames that a subset may hold, ascending.
         region: (R,) frames of the pool inside the target region, in capture order.
         centers: (N, 3) camera centres of the whole capture.
@@ -161,10 +157,8 @@ def initial_population(
 
 
 def fittest_so_far(fitness: np.ndarray) -> np.ndarray:
-    """Return (n,) int64, which of (n,) subsets is the fittest until each evaluation.
-
-    Ties go to the earlier one.
-    """
+    """Return (n,) int64, which of (n,) subsets is the fittest until each evaluation, the first of
+    equals."""
     most = np.maximum.accumulate(fitness)
     better = np.append(True, fitness[1:] > most[:-1])
     return np.maximum.accumulate(np.where(better, np.arange(len(fitness)), 0))
@@ -178,31 +172,22 @@ def offspring(
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> np.ndarray:
-    """Make one child by tournament, crossover and mutation (Appendix A.2).
+    """Make (k,) ascending frames of one child by tournament, crossover and mutation (Appendix A.2).
 
-    Args:
-        population: subsets of k frames.
-        score: (len(population),) their fitness.
-        pool, k, rng, settings: see `genetic_search`.
-
-    Returns:
-        (k,) int64 ascending.
+    `score` is the fitness of the population's subsets; other arguments are `genetic_search`'s.
     """
-    parents = [_tournament(score, rng, settings.tournament) for _ in range(2)]
-    first, second = (population[p] for p in parents)
-    child = first
+    parents = []
+    for _ in range(2):
+        entrants = rng.choice(len(score), size=min(settings.tournament, len(score)), replace=False)
+        parents.append(population[entrants[np.argmax(score[entrants])]])
+    child, second = parents
     if rng.random() < settings.crossover:
-        child = rng.choice(np.union1d(first, second), size=k, replace=False)
+        child = rng.choice(np.union1d(child, second), size=k, replace=False)
     if rng.random() < settings.mutation:
         child = rng.permutation(child)
         replaced = max(2, k // 5)
         child = np.concatenate([child[replaced:], rng.choice(pool, size=min(replaced, k))])
     return _filled(child, pool, k, rng)
-
-
-def _tournament(score: np.ndarray, rng: np.random.Generator, size: int) -> int:
-    entrants = rng.choice(len(score), size=min(size, len(score)), replace=False)
-    return int(entrants[np.argmax(score[entrants])])
 
 
 def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -218,10 +203,7 @@ def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generat
 def random_search(
     evaluate: Evaluate, pool: np.ndarray, k: int, evaluations: int, rng: np.random.Generator
 ) -> SearchResult:
-    """Evaluate distinct random subsets of the pool: what the genetic search must beat.
-
-    Stops short of them only where the pool has fewer distinct subsets to meet.
-    """
+    """Evaluate distinct random subsets, fewer only where the pool has no more to meet."""
     _check_size(k, pool)
     archive = _Archive(evaluate)
     for _ in range(4 * evaluations):
@@ -241,11 +223,10 @@ def swap_search(
     """Search by hill climbing: single swaps from several starts, the stronger labeller.
 
     Each climber in turn replaces one of its frames by another of the pool, half of the time by a
-    neighbour in capture order (a sharper or better placed near-duplicate), and keeps what is
-    fitter. `generation` counts rounds over the climbers.
+    neighbour in capture order, and keeps what is fitter. `generation` counts rounds.
 
     Args:
-        evaluate: (K,) ascending frames -> (3,) metrics.
+        evaluate: see `Evaluate`.
         pool: (P,) allowed frames, ascending.
         starts: subsets of equal size K < P, such as the Nearest frames.
         evaluations: distinct subsets to evaluate, starts included.
