@@ -24,17 +24,16 @@ def scene(tmp_path_factory):
 def labelled(scene, tmp_path_factory):
     """One coverage level of one scene, searched and ordered."""
     folder = tmp_path_factory.mktemp("labelled")
-    splits, labels = folder / "splits.parquet", [folder / "p25.parquet"]
+    splits, labels = folder / "splits.parquet", folder / "p25.parquet"
     described = folder / "features.parquet"
-    shared = {"coverages": [25], "config": "c"}
-    split_labelled(scene, splits, seed=5, **shared)
+    split_labelled(scene, splits, seed=5, coverages=[25], config="c")
     features(scene, [splits], [described], config="c")
     settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
     settings["fitness"] = METRICS
-    label(scene, splits, labels, **settings, **shared)
+    label(scene, splits, labels, coverage=25, config="c", **settings)
     trajectories = folder / "trajectories.parquet"
-    files = [scene], [splits], [described], labels, trajectories
-    order(*files, scenes={"s": "train"}, kept=2, **shared)
+    files = [scene], [splits], [described], [labels], trajectories
+    order(*files, scenes={"s": "train"}, coverages={"s": [25]}, kept=2, config="c")
     return folder
 
 

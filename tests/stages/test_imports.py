@@ -27,7 +27,7 @@ splats = {"name": "splats", "long_side": 32, "settings": {}}
 only = {"reconstruction": splats, "metrics": METRICS, "only": {"method": ["nearest"]}}
 evaluate(scene, files[:1], files[2:3], files[3:], **only, config="c")
 parts = [[labelled / f"{name}.parquet"] for name in ("splits", "features", "p25")]
-roles = {"scenes": {"s": "train"}, "coverages": [25]}
+roles = {"scenes": {"s": "train"}, "coverages": {"s": [25]}}
 order([scene], *parts, out / "trajectories.parquet", **roles, kept=2, config="c")
 print(*{"pandas", "torch"} & set(sys.modules))
 """

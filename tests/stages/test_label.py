@@ -10,7 +10,7 @@ from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
-from fsel.stages.label import label, label_part
+from fsel.stages.label import label
 
 GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gaussians": 100}}
 
@@ -18,8 +18,8 @@ GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gau
 def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     splits, path = labelled / "splits.parquet", tmp_path / "p25.parquet"
     settings = {"seed": 5, "search": SEARCH, "reconstruction": GAUSSIANS, "inputs": []}
-    settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
-    label(scene, splits, [path], **settings)
+    settings |= {"coverage": 25, "fitness": METRICS, "config": "c"}
+    label(scene, splits, path, **settings)
     labels, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
     split = Split.from_table(pd.read_parquet(splits))
     reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)
@@ -34,30 +34,10 @@ def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     assert (begun[0]["psnr"].to_numpy() != begun[1]["psnr"].to_numpy()).all()
 
 
-def test_a_scene_labelled_by_several_jobs_equals_one_by_one(scene, labelled, tmp_path, caplog):
+def test_a_search_that_was_killed_goes_on_from_its_journal(scene, labelled, tmp_path, monkeypatch):
     settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
-    settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
-    splits, known = labelled / "splits.parquet", []
-    counts = []
-    for part in range(3):
-        path = tmp_path / f"part{part}.jsonl"
-        label_part(scene, splits, path, most=4, known=known, **settings)
-        known = [path]
-        counts.append(len(path.read_text().splitlines()))
-    whole = len(pd.read_parquet(labelled / "p25.parquet"))
-    assert counts == [4, 8, min(12, whole)]  # the third has what is left, if less
-    label(scene, splits, [tmp_path / "p25.parquet"], known=path, **settings)
-    made, usual = (pd.read_parquet(at / "p25.parquet") for at in (tmp_path, labelled))
-    pd.testing.assert_frame_equal(made, usual)
-    assert not list(tmp_path.glob(".*.journal"))
-
-
-def test_a_part_that_was_killed_goes_on_from_its_own_journal(
-    scene, labelled, tmp_path, monkeypatch
-):
-    settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
-    settings |= {"coverages": [25], "fitness": METRICS, "config": "c", "most": 4}
-    splits, path, calls = labelled / "splits.parquet", tmp_path / "part0.jsonl", []
+    settings |= {"coverage": 25, "fitness": METRICS, "config": "c"}
+    splits, path, calls = labelled / "splits.parquet", tmp_path / "p25.parquet", []
     scores = Evaluator.scores
 
     def killed(self, subset):
@@ -68,7 +48,9 @@ def test_a_part_that_was_killed_goes_on_from_its_own_journal(
 
     monkeypatch.setattr(Evaluator, "scores", killed)
     with pytest.raises(KeyboardInterrupt):
-        label_part(scene, splits, path, **settings)
-    label_part(scene, splits, path, **settings)
-    assert len(path.read_text().splitlines()) == 4
-    assert len(calls) == 3 + 2
+        label(scene, splits, path, **settings)
+    label(scene, splits, path, **settings)
+    made, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
+    pd.testing.assert_frame_equal(made, usual)
+    assert len(calls) == len(usual) + 1  # the killed one is evaluated again
+    assert not list(tmp_path.glob(".*.journal"))

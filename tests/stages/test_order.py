@@ -26,6 +26,6 @@ def test_labels_of_another_split_are_refused(scene, labelled, tmp_path):
     old = tmp_path / "old.parquet"
     write_table(table, old, units={}, config="c")
     files = [[labelled / f"{name}.parquet"] for name in ("splits", "features")]
-    rest = {"scenes": {"s": "train"}, "coverages": [25], "kept": 2, "config": "c"}
+    rest = {"scenes": {"s": "train"}, "coverages": {"s": [25]}, "kept": 2, "config": "c"}
     with pytest.raises(ValueError, match=rf"old.parquet: .* holds frames \[{target}\], which are"):
         order([scene], *files, [old], tmp_path / "t.parquet", **rest)

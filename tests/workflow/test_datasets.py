@@ -116,9 +116,17 @@ def test_frames_that_a_scene_needs():
 
 
 @pytest.mark.parametrize(
-    ("labeller", "jobs", "subsets"), [("genetic", 1, 610), ("genetic", 3, 204), ("swap", 1, 450)]
+    ("each", "levels"),
+    [
+        (None, [[25, 40, 60]] * 4),
+        (1, [[25], [40], [60], [25]]),
+        (2, [[25, 40], [25, 60], [40, 60], [25, 40]]),
+        (9, [[25, 40, 60]] * 4),
+    ],
 )
-def test_subsets_that_a_job_evaluates(labeller, jobs, subsets):
-    """The paper's search: 40 + 15 * 38 subsets."""
-    made = experiment(search={"labeller": labeller}, coverages=[25], label_jobs=jobs)
-    assert made.label_subsets == subsets
+def test_scenes_take_turns_at_coverage_levels(each, levels):
+    datasets = {"dl3dv": SMOKE["datasets"]["dl3dv"] | {"scenes": {"train": 3, "validation": 1}}}
+    datasets["seven_scenes"] = SMOKE["datasets"]["seven_scenes"]
+    made = experiment(datasets=datasets, coverages=[25, 40, 60], coverages_per_scene=each)
+    scenes = ["train00", "train01", "train02", "validation00"]
+    assert made.coverages == dict(zip(scenes, levels, strict=True))

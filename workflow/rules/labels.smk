@@ -21,7 +21,7 @@ use rule stage as split_labelled with:
     resources:
         **experiment.resources(Size(grows="capture")),
     params:
-        coverages=experiment.config["coverages"],
+        coverages=lambda wildcards: experiment.coverages[wildcards.scene],
         seed=experiment.training_seed,
     message:
         "Drawing the targets of {wildcards.scene} at every coverage level"
@@ -45,46 +45,24 @@ use rule features as features_labelled with:
 use rule stage as label with:
     input:
         **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
-        **inputs.parts_before(experiment),
         splits="<results>/labels/{scene}/splits.parquet",
         lib=experiment.library("label", experiment.labeller),
     output:
-        labels=inputs.label_files(experiment, ["{scene}"]),
+        labels=inputs.LABELS,
     log:
-        "<results>/logs/label/{scene}.log",
+        "<results>/logs/label/{scene}/p{coverage}.log",
     benchmark:
-        "<results>/benchmarks/label/{scene}.jsonl"
+        "<results>/benchmarks/label/{scene}/p{coverage}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
+        **experiment.resources(Size(4000, 60, "reconstruction"), experiment.labeller),
     params:
-        coverages=experiment.config["coverages"],
+        coverage=lambda wildcards: int(wildcards.coverage),
         search=experiment.config["search"],
         reconstruction=experiment.labeller,
         fitness=experiment.fitness,
         seed=experiment.training_seed,
     message:
-        "Searching for good subsets of {wildcards.scene}"
-
-
-# all but the last of the jobs that label a scene, where there are several
-use rule label as label_part with:
-    input:
-        **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
-        splits="<results>/labels/{scene}/splits.parquet",
-        known=inputs.part_before,
-        lib=experiment.library("label_part", experiment.labeller),
-    output:
-        evaluated=inputs.LABEL_PART,
-    log:
-        "<results>/logs/label_part/{scene}/{part}.log",
-    benchmark:
-        "<results>/benchmarks/label_part/{scene}/{part}.jsonl"
-    wildcard_constraints:
-        part=r"\d+",
-    params:
-        most=experiment.label_subsets,
-    message:
-        "Searching for good subsets of {wildcards.scene}, part {wildcards.part}"
+        "Searching for good subsets of {wildcards.scene} at coverage {wildcards.coverage} %"
 
 
 use rule stage as order with:
@@ -106,7 +84,7 @@ use rule stage as order with:
         **experiment.resources(Size(grows="capture")),
     params:
         scenes=experiment.labelled,
-        coverages=experiment.config["coverages"],
+        coverages=experiment.coverages,
         kept=experiment.config["search"]["kept"],
     message:
         "Ordering the searched subsets"

@@ -578,7 +578,7 @@ use rule table as reconchoice with:
 use rule table as pipeline_figure with:
     input:
         **inputs.chosen(
-            paper.searched_scene,
+            paper.searched,
             *inputs.WITHOUT_POINTS,
             "splits",
             "labels",
@@ -597,8 +597,7 @@ use rule table as pipeline_figure with:
     resources:
         **experiment.resources(Size(grows="capture")),
     params:
-        coverages=experiment.config["coverages"],
-        scene=lambda wildcards: scenes.with_labels(experiment)[0],
+        scenes=lambda wildcards: paper.searched_scenes(),
         facts=experiment.facts([experiment.trained]),
 
 

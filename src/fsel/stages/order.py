@@ -17,7 +17,7 @@ def order(
     trajectories: File,
     *,
     scenes: Mapping[str, str],
-    coverages: Sequence[int],
+    coverages: Mapping[str, Sequence[int]],
     kept: int,
     config: str,
 ) -> None:
@@ -30,7 +30,7 @@ def order(
         trajectories: receives one row a trajectory: scene, role, coverage, rank, fitness, weight,
             picks.
         scenes: scene -> role, `train` or `validation`.
-        coverages: per cent.
+        coverages: scene -> the levels it is labelled at, per cent.
         kept: subsets a problem.
 
     Raises:
@@ -42,7 +42,7 @@ def order(
     files = zip(folders, splits, features, strict=True)
     for (scene, role), places in zip(scenes.items(), files, strict=True):
         problems = read_problems(*places)
-        for coverage in coverages:
+        for coverage in coverages[scene]:
             head = {"scene": scene, "role": role, "coverage": coverage}
             path = next(paths)
             item = ordered_item(problems[coverage], read_columns(path), kept, path)

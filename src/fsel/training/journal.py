@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 
-from fsel.core.files import write_text
-
 logger = logging.getLogger(__name__)
 
 PROGRESS = 100  # evaluations between two progress lines
-
-
-class EvaluationLimitReached(Exception):
-    """A job has made the evaluations that are its share."""
 
 
 class Journal:
@@ -30,47 +24,27 @@ class Journal:
     Args:
         output: the job's output; the journal lies beside it.
         key: fingerprint of everything the evaluations depend on; another key, another journal.
-        known: what `copy` wrote for an earlier job of the same work; nothing for the first.
-        most: evaluations that this job may add to those; None for all.
     """
 
-    def __init__(
-        self,
-        output: str | Path,
-        key: str,
-        known: str | Path | Sequence[str | Path] = (),
-        most: int | None = None,
-    ) -> None:
+    def __init__(self, output: str | Path, key: str) -> None:
         output = Path(output)
         self.name = output.name
         self.path = output.with_name(f".{self.name}.{key}.journal")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._known: dict[str, list[float]] = {}
-        for path in [known] if isinstance(known, str | Path) else known:
-            self._read(Path(path))
-        self._most = None if most is None else len(self._known) + most
         if self.path.exists():
-            self._read(self.path)
+            self._read()
         self.fresh = 0
 
-    @property
-    def known(self) -> int:
-        """Number of evaluations that it holds."""
-        return len(self._known)
-
-    def copy(self, path: str | Path) -> None:
-        """Write all evaluations for a later job of the same work, which takes them as `known`."""
-        write_text("".join(f"{json.dumps(pair)}\n" for pair in self._known.items()), path)
-
-    def _read(self, path: Path) -> None:
-        for line in path.read_text().splitlines():
+    def _read(self) -> None:
+        for line in self.path.read_text().splitlines():
             try:
                 key, values = json.loads(line)
             except ValueError:
-                logger.info("%s: dropping a line that was cut short", path.name)
+                logger.info("%s: dropping a line that was cut short", self.path.name)
                 continue
             self._known[key] = values
-        logger.info("%s: continuing after %d evaluations", path.name, len(self._known))
+        logger.info("%s: continuing after %d evaluations", self.path.name, len(self._known))
 
     def __enter__(self) -> Self:
         for other in self.path.parent.glob(f".{self.name}.*.journal"):
@@ -91,12 +65,19 @@ class Journal:
     ) -> Callable[[np.ndarray], np.ndarray]:
         """Give `evaluate`, (K,) ascending frames -> metrics, a memory under a label of its own.
 
+<<<<<<< HEAD
         Beyond what this job may add, it raises `EvaluationLimitReached`.
+=======
+        Args:
+            label: tells this evaluator's subsets from another's in the same journal.
+            evaluate: (K,) ascending frames -> metrics.
+>>>>>>> 63a8e9d (A scene is labelled at as many coverage levels as asked, each by a job of its own; labels are no longer made in parts)
         """
 
         def remembered(subset: np.ndarray) -> np.ndarray:
             key = f"{label}:{','.join(map(str, subset.tolist()))}"
             if key not in self._known:
+<<<<<<< HEAD
                 if self._most is not None and len(self._known) >= self._most:
                     raise EvaluationLimitReached
                 self._known[key] = np.asarray(evaluate(subset), float).tolist()
@@ -106,6 +87,9 @@ class Journal:
                 if self.fresh % PROGRESS == 0:
                     known = len(self._known)
                     logger.info("%s: %d evaluations, %d of them now", label, known, self.fresh)
+=======
+                self._add(key, np.asarray(evaluate(subset), float).tolist())
+>>>>>>> 63a8e9d (A scene is labelled at as many coverage levels as asked, each by a job of its own; labels are no longer made in parts)
             return np.array(self._known[key])
 
         return remembered

@@ -11,7 +11,6 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "label_part": f"{STAGES}.label:label_part",
     "budget_curves": f"{STAGES}.fit_budget:budget_curves",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",

@@ -21,7 +21,7 @@ FILES = {
     "masks": "masks.npy",
     "descriptors": "descriptors.parquet",
 }
-LABEL_PART = "<results>/labels/{scene}/part{part}.jsonl"
+LABELS = "<results>/labels/{scene}/p{coverage}.parquet"
 WITHOUT_POINTS = ("frames", "images")
 CAPTURE = ("frames", "points", "images")
 DESCRIBED = (*CAPTURE, "descriptors")
@@ -115,26 +115,10 @@ def labelled(experiment: Experiment) -> list[str]:
     return [f"{experiment.trained}/{scene}" for scene in experiment.labelled]
 
 
-def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> list[str]:
-    """List the searched subsets of every labelled scene and coverage, or of some scenes."""
-    return expanded(
-        "<results>/labels/{scene}/p{coverage}.parquet",
-        scene=experiment.labelled if scenes is None else scenes,
-        coverage=experiment.config["coverages"],
-    )
-
-
-def parts_before(experiment: Experiment) -> Paths:
-    """Name the evaluations that earlier jobs made for the labels of a scene."""
-    parts = experiment.config["label_jobs"] - 1
-    return {"known": LABEL_PART.replace("{part}", str(parts - 1))} if parts else {}
-
-
-def part_before(wildcards: Any) -> list[str]:
-    """List the evaluations of the part before the one in the wildcards, if there is one."""
-    part, scene = int(wildcards.part), wildcards.scene
-    before = LABEL_PART.replace("{part}", str(part - 1)).replace("{scene}", scene)
-    return [before] if part else []
+def label_files(experiment: Experiment) -> list[str]:
+    """List the searched subsets of every labelled scene at each of its coverage levels."""
+    levels = experiment.coverages.items()
+    return [LABELS.format(scene=scene, coverage=c) for scene, each in levels for c in each]
 
 
 def of_labelled(experiment: Experiment, name: str) -> list[str]:

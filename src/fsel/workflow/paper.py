@@ -238,13 +238,22 @@ class Paper:
         first = source_of(entry["poses"], entry.get("model", ""))
         return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
 
-    def searched_scene(self, wildcards: Any) -> inputs.Paths:
-        """Return the files of the first labelled scene, which `pipeline_figure` draws."""
-        scene = scenes.with_labels(self.experiment)[0]
+    def searched_scenes(self) -> dict[int, str]:
+        """Map the narrowest, the middle and the widest coverage level to its first scene."""
+        scenes.with_labels(self.experiment)  # refuses a configuration without any
+        first: dict[int, str] = {}
+        for scene, levels in self.experiment.coverages.items():
+            first |= {level: scene for level in levels if level not in first}
+        levels = sorted(first)
+        return {c: first[c] for c in (levels[0], levels[len(levels) // 2], levels[-1])}
+
+    def searched(self, wildcards: Any) -> inputs.Paths:
+        """Return the files that `pipeline_figure` draws, see `searched_scenes`."""
+        drawn, dataset = self.searched_scenes(), self.experiment.trained
         return {
-            **inputs.capture(inputs.WITHOUT_POINTS, f"<results>/{self.experiment.trained}/{scene}"),
-            "splits": f"<results>/labels/{scene}/splits.parquet",
-            "labels": inputs.label_files(self.experiment, [scene]),
+            **inputs.captures([f"{dataset}/{s}" for s in drawn.values()], inputs.WITHOUT_POINTS),
+            "splits": [f"<results>/labels/{scene}/splits.parquet" for scene in drawn.values()],
+            "labels": [inputs.LABELS.format(scene=s, coverage=c) for c, s in drawn.items()],
             "trajectories": "<results>/trajectories.parquet",
         }
 

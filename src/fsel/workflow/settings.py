@@ -6,8 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
-from math import ceil
+from itertools import cycle, islice, product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
@@ -142,6 +141,14 @@ class Settings:
         return {scene: role for role in roles for scene in self.scenes(self.trained, role)}
 
     @cached_property
+    def coverages(self) -> dict[str, list[int]]:
+        """Labelled scene -> its coverage levels: all, or so many in turn from scene to scene."""
+        levels = self.config["coverages"]
+        each = min(self.config["coverages_per_scene"] or len(levels), len(levels))
+        turns = cycle(levels)
+        return {scene: sorted(islice(turns, each)) for scene in self.labelled}
+
+    @cached_property
     def refinement_scenes(self) -> list[str]:
         """List dataset/scene of the scenes that refinement practises on."""
         most = self.config["refinement"]["scenes"]
@@ -165,16 +172,6 @@ class Settings:
         """Return the largest budget up to a number of frames, or the smallest."""
         budgets: list[int] = self.config["budgets"]
         return max([budget for budget in budgets if budget <= k] or [min(budgets)])
-
-    @property
-    def label_subsets(self) -> int:
-        """The most subsets that one of the jobs that label a scene evaluates."""
-        search = self.config["search"]
-        most = search["evaluations"]
-        if search["labeller"] == "genetic":
-            children = search["population"] - search["elites"]
-            most = search["population"] + search["generations"] * children
-        return ceil(len(self.config["coverages"]) * most / self.config["label_jobs"])
 
     def scene_seed(self, wildcards: Any, *parts: object) -> int:
         """Return a seed from a scene's names and its use: adding a scene changes no other."""

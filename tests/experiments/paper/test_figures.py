@@ -180,13 +180,14 @@ def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
     columns = ["scene", "coverage", "rank", "picks"]
     pd.DataFrame(rows, columns=columns).to_parquet(trajectories)
     figures, numbers = outputs(tmp_path)
-    read = scene, splits, [*labels.values()], trajectories
-    settings = {"coverages": [*labels], "scene": "here", "facts": FACTS}
+    drawn = {25: "here", 60: "elsewhere", 100: "here"}
+    read = [scene] * 3, [splits] * 3, [labels[c] for c in drawn], trajectories
+    settings = {"scenes": drawn, "facts": FACTS}
     pipeline_figure(*read, figures, numbers, **settings)
     found = pd.read_csv(numbers)
     assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
     plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)
-    assert plans.to_dict() == {c: picks["here", c, 0] for c in (25, 60, 100)}
+    assert plans.to_dict() == {c: picks[name, c, 0] for c, name in drawn.items()}
 
 
 def test_a_footnote_is_broken_to_the_figures_width():

@@ -32,43 +32,35 @@ if TYPE_CHECKING:
 
 
 def pipeline_figure(
-    folder: File,
-    splits: File,
+    folders: Files,
+    splits: Files,
     labels: Files,
     trajectories: File,
     figures: Files,
     numbers: File,
     *,
-    coverages: Sequence[int],
-    scene: str,
+    scenes: Mapping[int, str],
     facts: Mapping,
 ) -> None:
     """Draw the search's population over generations, and the fittest labels from above.
 
-    Drawn are the labels of the narrowest, the middle and the widest coverage level.
-
     Args:
-        folder: canonical capture of a labelled scene.
-        splits: its splits at all coverage levels.
-        labels: the searched subsets of each coverage level; the population of the widest is drawn.
+        folders, splits, labels: canonical captures, their splits at all coverage levels and their
+            searched subsets, one a panel; the population of the last is drawn.
         trajectories: of all scenes.
         numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
             `plan`, order, frame, x, y in world units.
-        coverages: the levels.
-        scene: its name among the trajectories.
+        scenes: coverage level, ascending, of each panel -> its scene among the trajectories.
     """
-    searched = dict(zip(coverages, labels, strict=True))
-    levels = sorted(searched)
-    widest, shown = levels[-1], {levels[0], levels[len(levels) // 2], levels[-1]}
-    population = met_until(read_table(searched[widest]))
+    *_, widest = scenes
+    population = met_until(read_table(labels[-1]))
     parts = [population.assign(panel="population", coverage=widest)]
-    ordered = read_table(trajectories).query("scene == @scene and rank == 0")
-    ordered = ordered[ordered["coverage"].isin(shown)]
-    capture, table = Capture.load(folder), read_table(splits)
-    places, plans = plan_positions(capture), {}
-    for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
+    fittest = read_table(trajectories).query("rank == 0").set_index(["scene", "coverage"])
+    plans = {}
+    for (coverage, scene), folder, path in zip(scenes.items(), folders, splits, strict=True):
+        table, places = read_table(path), plan_positions(Capture.load(folder))
         split = Split.from_table(table[table["coverage"] == coverage])
-        picks = np.array(picks)
+        picks = np.array(fittest.loc[(scene, coverage), "picks"])
         title = f"coverage {coverage} %"
         plans[title] = {"places": places, "targets": split.targets, "picks": picks}
         plan = pd.DataFrame({"order": range(len(picks)), "frame": picks})
@@ -76,7 +68,8 @@ def pipeline_figure(
         parts.append(plan.assign(panel="plan", coverage=coverage))
     columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
     write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
-    text = f"{scene}, population of {widest} %; open diamonds: targets. {note(facts)}"
+    named = ", ".join(dict.fromkeys(scenes.values()))
+    text = f"{named}; population of {widest} %; open diamonds: targets. {note(facts)}"
     _draw(population, plans, figures, text)
 
 
