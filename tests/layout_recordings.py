@@ -8,7 +8,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.colmap.model import write_binary
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import LAYOUTS, colmap
 from fsel.captures.layouts.contract import Recording
@@ -129,6 +128,5 @@ def full(pose):
 def write_colmap(made, folder, names=None, text=True, camera=PINHOLE):
     names = names or [f"{name}.png" for name in made.names]
     image_files.write(made.images, folder / "images", names)
-    model = colmap.build_model(made, camera, names, np.ones(len(names), bool))
-    (colmap.write_text if text else write_binary)(model, folder / "sparse" / "0")
+    colmap.write_sparse(made, camera, names, folder / "sparse" / "0", text=text)
     return names

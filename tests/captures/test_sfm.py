@@ -10,8 +10,8 @@ import pytest
 from layout_recordings import full
 from scipy.spatial.transform import Rotation
 
+from fsel.captures.colmap.model import write_model
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts import colmap
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
 from fsel.core.geometry import OPENGL_TO_OPENCV
@@ -136,7 +136,7 @@ def write_estimate(folder, truth, kept):
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(truth[i, :, :3]), truth[i, :, 3])
         image = pycolmap.Image(image_id=i + 1, name=f"{i}.png", camera_id=i + 1)
         model.add_image_with_trivial_frame(image, rigid)
-    colmap.write_text(model, folder)
+    write_model(model, folder, text=True)
     for name in ("rigs.txt", "frames.txt"):
         (folder / name).unlink()
 

@@ -65,7 +65,7 @@ def test_the_largest_model_is_taken_under_the_photos_own_names(photos, program):
     assert found.names == [f"shot {row}.png" for row in range(5)]
     assert found.dropped == {"shot 5.png": "not placed by place"}
     np.testing.assert_allclose(found.world_to_camera, ring(6)[:5], atol=1e-12)
-    assert found.points([0, 1, 2, 3, 4]) is None
+    assert found.sparse() is None
     assert Estimator(by=[["colmap", "mapper"], ["glomap", "mapper"]]).name == "glomap"
 
 

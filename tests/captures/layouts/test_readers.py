@@ -11,7 +11,7 @@ from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts import LAYOUTS, colmap
+from fsel.captures.layouts import LAYOUTS
 from fsel.captures.layouts.nerfstudio import camera_of, intrinsics_of
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.geometry import OPENGL_TO_OPENCV
@@ -58,7 +58,7 @@ def test_any_camera_model_that_can_be_undistorted(made, tmp_path, model):
     reconstruction = pycolmap.Reconstruction(str(tmp_path / "sparse/0"))
     camera = reconstruction.cameras[1]
     camera.model, camera.params = getattr(pycolmap.CameraModelId, model), list(params)
-    colmap.write_text(reconstruction, tmp_path / "sparse/0")
+    reconstruction.write_text(str(tmp_path / "sparse/0"))
     capture = read_capture(tmp_path, long_side=64)
     np.testing.assert_allclose(capture.intrinsics[0], [60, 60, 32, 24], rtol=0.05)
 

@@ -45,11 +45,7 @@ class Camera:
 
     @property
     def colmap(self) -> pycolmap.Camera:
-        """Return the same camera for pycolmap, which projects, unprojects and undistorts.
-
-        Raises:
-            ValueError: for a model that COLMAP does not have, or a wrong number of parameters.
-        """
+        """Return the same camera for pycolmap, which projects, unprojects and undistorts."""
         return pycolmap.Camera(
             model=self.model, width=self.width, height=self.height, params=list(self.params)
         )

@@ -6,7 +6,8 @@ pycolmap hands observations out one by one: 600,000 took a second and a half.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from struct import error as Short
@@ -31,26 +32,15 @@ NO_POINT = 2**64 - 1  # of an observation that no point was made from
 
 
 class Observed(NamedTuple):
-    """A model's points, and what its images see of them.
+    """A model's points, and what its images see of them, read from disk when looked at."""
 
-    Attributes:
-        points: (M,) of the dtype `POINT`: ids, ascending, positions, colours and errors.
-        observations: by an image's id, (n,) of the dtype `OBSERVATION`: pixels, and the id of a
-            point or `NO_POINT`; read from disk when looked at.
-        names: by an image's id.
-    """
-
-    points: np.ndarray
-    observations: dict[int, np.ndarray]
-    names: dict[int, str]
+    points: np.ndarray  # (M,) of the dtype `POINT`, ascending ids
+    observations: dict[int, np.ndarray]  # by an image's id, (n,) of the dtype `OBSERVATION`
+    names: dict[int, str]  # by an image's id
 
 
 def check_whole(model: Path) -> None:
-    """Refuse binary files that end before their counts say, or go on too long.
-
-    Raises:
-        ValueError: naming the file.
-    """
+    """Refuse, by name, binary files that end before their counts say, or go on too long."""
     for path in sorted(model.glob("*.txt")) + sorted(model.glob("*.bin")):
         if not (path.is_file() or path.is_dir()):  # COLMAP's reader would wait, deaf to signals
             raise ValueError(f"{path}: not a regular file")
@@ -65,12 +55,7 @@ def is_binary(model: Path) -> bool:
 
 
 def _entries(path: Path) -> tuple[mmap, list[int]]:
-    """Return a binary file of cameras, images or points, and where each of its entries begins.
-
-    Raises:
-        ValueError: for a file that ends before its counts say, or goes on too long, naming it.
-    """
-    skip = {CAMERAS: _after_camera, IMAGES: _after_image, POINTS: _after_point}[path.name]
+    """Return a binary file of cameras, images or points, and where each of its entries begins."""
     at, starts = 8, []
     try:
         with path.open("rb") as file:
@@ -78,7 +63,7 @@ def _entries(path: Path) -> tuple[mmap, list[int]]:
         (count,) = unpack_from("<Q", content)
         for _ in range(count):
             starts.append(at)
-            at = skip(content, at)
+            at = _end(content, at, path.name)
             if at > len(content):  # before a later entry is looked for there
                 raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
         if at != len(content):
@@ -88,11 +73,18 @@ def _entries(path: Path) -> tuple[mmap, list[int]]:
     return content, starts
 
 
-def _after_camera(content: mmap, at: int) -> int:
-    _, kind = unpack_from("<ii", content, at)
-    named = pycolmap.CameraModelId(kind)  # ValueError for one that COLMAP has not
-    camera = pycolmap.Camera.create_from_model_id(1, named, 1.0, 2, 2)
-    return at + CAMERA + 8 * len(camera.params)
+def _end(content: mmap, at: int, kind: str) -> int:
+    """Return where the entry ends that begins at `at` of a file of a kind."""
+    if kind == CAMERAS:
+        _, number = unpack_from("<ii", content, at)
+        model = pycolmap.CameraModelId(number)  # ValueError for one that COLMAP has not
+        camera = pycolmap.Camera.create_from_model_id(1, model, 1.0, 2, 2)
+        return at + CAMERA + 8 * len(camera.params)
+    if kind == IMAGES:
+        at, each = _name_end(content, at) + 1, OBSERVATION.itemsize
+    else:
+        at, each = at + POINT.itemsize, TRACK_ELEMENT
+    return at + 8 + each * unpack_from("<Q", content, at)[0]
 
 
 def _name_end(content: mmap, at: int) -> int:
@@ -103,23 +95,26 @@ def _name_end(content: mmap, at: int) -> int:
     return end
 
 
-def _after_image(content: mmap, at: int) -> int:
-    end = _name_end(content, at) + 1
-    return end + 8 + OBSERVATION.itemsize * unpack_from("<Q", content, end)[0]
+def points_reader(
+    reconstruction: pycolmap.Reconstruction, ids: Sequence[int], model: Path | None = None
+) -> Callable[[tuple[int, ...]], RawPoints | None]:
+    """Return what reads the points of a model, see `RawCapture.points`.
 
-
-def _after_point(content: mmap, at: int) -> int:
-    at += POINT.itemsize
-    return at + 8 + TRACK_ELEMENT * unpack_from("<Q", content, at)[0]
+    Args:
+        reconstruction: the model.
+        ids: numbers of the frames' images.
+        model: its folder, if it has one.
+    """
+    seen, source = cache(lambda: observed(reconstruction, model)), model or "the model"
+    return cache(
+        lambda rows: points_of(seen(), {ids[row]: at for at, row in enumerate(rows)}, source)
+    )
 
 
 def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None) -> Observed:
-    """Return the observations of a model that pycolmap has read and checked.
+    """Return the observations of a model, out of binary files that are written where it has none.
 
-    Args:
-        reconstruction: the model; an image without a pose has none.
-        model: its folder. Where there is none, or its files are text, binary files are written
-            first.
+    An image without a pose has none.
     """
     if model is not None and is_binary(model):
         return _read(model)
@@ -144,9 +139,7 @@ def _read(model: Path) -> Observed:
 def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPoints | None:
     """Return sparse points with observations in the frames that `rows` numbers by image id.
 
-    Raises:
-        ValueError: naming the `source`, for numbers that are not finite, or an observation of a
-            point that is not there.
+    Numbers that are not finite, and observations of a point that is not there, are refused.
     """
     parts = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb", "error"))
     keys, xyz, rgb, error = parts
@@ -235,19 +228,15 @@ def rigid_of(pose: np.ndarray) -> pycolmap.Rigid3d:
     return pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
 
 
-def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:
-    """Write a model's binary files into a folder, which is made where it is not there."""
+def write_model(model: pycolmap.Reconstruction, folder: Path, *, text: bool = False) -> None:
+    """Write a model's files into a folder, which is made where it is not there."""
     folder.mkdir(parents=True, exist_ok=True)
-    model.write_binary(str(folder))
+    (model.write_text if text else model.write_binary)(str(folder))
 
 
 def write_capture_model(model: pycolmap.Reconstruction, folder: Path, cloud: Path) -> bool:
-    """Write a model into `sparse/0` of a capture's folder, and its points as a `.ply`, if any.
-
-    Returns:
-        Whether there are points.
-    """
-    write_binary(model, folder / "sparse" / "0")
+    """Write a model into `sparse/0` and its points, if any, as a `.ply`; return if it has any."""
+    write_model(model, folder / "sparse" / "0")
     if model.points3D:
         model.export_PLY(str(cloud))
     return bool(model.points3D)

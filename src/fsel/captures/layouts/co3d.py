@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import inside, member, number, numbers, regular, text
 
@@ -37,10 +36,6 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     Args:
         folder: <category>/<sequence>, or a dataset that holds one sequence.
         min_quality: least viewpoint_quality_score of a sequence that is used.
-
-    Raises:
-        FileNotFoundError: when the annotations are missing.
-        ValueError: for a sequence of lower quality, or annotations that lack a field.
     """
     path = _annotations(folder)
     if path is None:
@@ -73,11 +68,8 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
 
 
 def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]) -> RawCapture:
-    masks = [
-        inside(root, text(frame["mask"], "path", path, "mask"), path)
-        for frame in frames
-        if frame.get("mask")
-    ]
+    masked = [frame["mask"] for frame in frames if frame.get("mask")]
+    masks = [inside(root, text(mask, "path", path, "mask"), path) for mask in masked]
     return RawCapture(
         names=[f"{int(frame['frame_number']):06d}" for frame in frames],
         images=[inside(root, frame["image"]["path"], path) for frame in frames],
@@ -141,22 +133,19 @@ def write(recording: Recording, folder: Path) -> None:
     """Write a recording as a dataset of one sequence; frames whose pose was lost lack one."""
     category, sequence = "object", "1_1_1"
     home = f"{category}/{sequence}"
-    names = [f"{home}/images/{name}.jpg" for name in recording.names]
-    image_files.write(recording.images, folder, names)
-    if recording.masks is not None:
-        names = [f"{home}/masks/{name}.png" for name in recording.names]
-        image_files.write(recording.masks.astype(np.uint8) * 255, folder, names)
+    names = recording.write_images(folder / home / "images", "jpg")
+    masks = recording.write_masks(folder / home / "masks")
     frames = []
-    for at, name in enumerate(recording.names):
+    for at, name in enumerate(names):
         size = [recording.camera.height, recording.camera.width]
         frame = {
             "sequence_name": sequence,
             "frame_number": at,
-            "image": {"path": f"{home}/images/{name}.jpg", "size": size},
+            "image": {"path": f"{home}/images/{name}", "size": size},
             "viewpoint": None if recording.lost[at] else _viewpoint(recording, at),
         }
-        if recording.masks is not None:
-            frame["mask"] = {"path": f"{home}/masks/{name}.png"}
+        if masks:
+            frame["mask"] = {"path": f"{home}/masks/{masks[at]}"}
         frames.append(frame)
     quality = {"sequence_name": sequence, "category": category, "viewpoint_quality_score": 1.0}
     for name, content in ((FRAMES, frames[::2] + frames[1::2]), (SEQUENCES, [quality])):

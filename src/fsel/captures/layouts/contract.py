@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
+from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Image
 from fsel.core.points import RawPoints
 
@@ -55,6 +56,19 @@ class Recording:
     def masks(self) -> np.ndarray | None:
         """(N, h, w) bool, where the object is that the capture is about; None without objects."""
         return None if self.objects is None else self.objects == SUBJECT
+
+    def write_images(self, folder: Path, ending: str) -> list[str]:
+        """Write the images into a folder, and return their files' names."""
+        names = [f"{name}.{ending}" for name in self.names]
+        image_files.write(self.images, folder, names)
+        return names
+
+    def write_masks(self, folder: Path) -> list[str]:
+        """Write the masks, if any, as PNG of 0 and 255, and return their files' names."""
+        names = [f"{name}.png" for name in self.names]
+        if self.masks is not None:
+            image_files.write(self.masks.astype(np.uint8) * 255, folder, names)
+        return names if self.masks is not None else []
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from fsel.captures.colmap.model import write_binary
-from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap, nerfstudio
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.core.problem import Method, Problem
@@ -34,7 +32,7 @@ LISTED, LISTED_LABEL = "listed", "Long-LRM's list"
 def _root(folder: Path) -> Path | None:
     """The folder of transforms.json with downscaled images: the scene's own, or one inside."""
     for root in (folder / "nerfstudio", folder / "colmap", folder):
-        small = (root / "images_4").is_dir() or (root / "images_8").is_dir()
+        small = any((root / name).is_dir() for name in COPIES)
         if (root / "transforms.json").is_file() and small:
             return root
     return None
@@ -42,8 +40,7 @@ def _root(folder: Path) -> Path | None:
 
 def recognises(folder: Path) -> bool:
     """Look for downscaled images with transforms.json, or gaussian_splat alone."""
-    splats = (folder / SPLATS / "sparse" / "0").is_dir()
-    return _root(folder) is not None or splats
+    return _root(folder) is not None or (folder / SPLATS / "sparse" / "0").is_dir()
 
 
 def read(folder: Path) -> RawCapture:
@@ -64,11 +61,7 @@ def read(folder: Path) -> RawCapture:
 
 
 def frame_order(folder: Path) -> list[str]:
-    """Return the names of the images in the order of a scene's transforms.json.
-
-    Raises:
-        FileNotFoundError: for a folder without it.
-    """
+    """Return the names of the images in the order of a scene's transforms.json."""
     root = _root(folder) or folder
     content = json.loads((root / "transforms.json").read_text())
     return [Path(frame["file_path"]).name for frame in content["frames"]]
@@ -77,13 +70,10 @@ def frame_order(folder: Path) -> list[str]:
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording as the benchmark's nerfstudio folder; frames in arbitrary order."""
     root = folder / "nerfstudio"
-    names = [f"{name}.png" for name in recording.names]
-    image_files.write(recording.images, root / "images_4", names)
+    names = recording.write_images(root / "images_4", "png")
     camera = colmap.scaled(recording.camera, FACTOR)
-    content = nerfstudio.scene_of(recording, camera, names, nerfstudio.OLD_APPLIED_TRANSFORM)
-    (root / "transforms.json").write_text(json.dumps(content))
-    model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
-    write_binary(model, root / "colmap" / "sparse" / "0")
+    nerfstudio.write_scene(recording, camera, names, nerfstudio.OLD_APPLIED_TRANSFORM, root)
+    colmap.write_sparse(recording, camera, names, root / "colmap" / "sparse" / "0")
 
 
 @dataclass(frozen=True)
@@ -117,11 +107,10 @@ def read_protocol(
         file: the list.
         scene: its name there.
         folder: the scene as it is distributed.
-        names: of the capture's frames.
+        names: frames of the capture.
 
     Raises:
-        ValueError: for a file that is no such list or lacks the scene, places that the scene does
-            not have, targets among the inputs, or frames that the capture lacks.
+        ValueError: for a file that is no such list, or does not fit the scene or the capture.
     """
     file, folder = Path(file), Path(folder)
     try:

@@ -5,10 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from fsel.captures.colmap.model import write_binary
-from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 
@@ -47,11 +43,9 @@ def _files(folder: Path) -> list[Path]:
 
 def write(recording: Recording, folder: Path) -> None:
     """Write images_4 and sparse/0, whose camera is four times as large."""
-    names = [f"{name}.jpg" for name in recording.names]
-    image_files.write(recording.images, folder / "images_4", names)
+    names = recording.write_images(folder / "images_4", "jpg")
     camera = colmap.scaled(recording.camera, FACTOR)
-    model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
-    write_binary(model, folder / "sparse" / "0")
+    colmap.write_sparse(recording, camera, names, folder / "sparse" / "0")
 
 
 LAYOUT = Layout("mipnerf360", recognises, read, write)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap, ply_points
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import (
@@ -23,7 +22,6 @@ from fsel.captures.parsing import (
     world_transform,
 )
 from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.core.points import RawPoints
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -49,8 +47,7 @@ NUMBERS = ("w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", *LISTED)
 
 
 def read(folder: Path) -> RawCapture:
-    """A folder with transforms.json, paths relative to it; points from a model beside it, or else
-    from the file that `ply_file_path` names.
+    """Read transforms.json, and points from a model beside it or from its `ply_file_path`.
 
     As in nerfstudio, a file without `applied_transform` beside colmap/sparse/0 carries the old one.
     """
@@ -71,21 +68,18 @@ def from_json(
     undo: np.ndarray | None = None,
     copies: tuple[str, ...] = (),
 ) -> RawCapture:
-    """Read the frames of a transforms.json.
+    """Read the frames of a transforms.json, in the world before `applied_transform`.
+
+    Frames marked bad, and frames that no `*_filenames` list names, are left out. The points of
+    `ply_file_path` have no tracks.
 
     Args:
         path: the JSON file.
         folder: the capture; image paths must stay inside it.
         content: of the file, where it was read already.
-        images: folder, relative to the capture, that image names are relative to.
-        masks: folder, relative to the capture, that mask names are relative to.
+        images, masks: folders of the capture that names of images and of masks are relative to.
         undo: (3, 4) world transform that the poses carry though the file does not say so.
         copies: folders beside the images' own whose smaller copies are taken instead of them.
-
-    Returns:
-        Poses in the world before `applied_transform`, which is that of a COLMAP model beside it.
-        Frames marked bad, and frames that no `*_filenames` list names, are left out. The points
-        of `ply_file_path` have no tracks.
     """
     content = read_json(path) if content is None else content
     frames, dropped = _frames(content, path)
@@ -97,28 +91,21 @@ def from_json(
     if masked and len(masked) != len(frames):
         raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
     mask_names = [slashed(text(frame, "mask_path", path)) for frame in masked]
+    files = [inside(folder, Path(images, frame["file_path"]), path) for frame in frames]
+    points = None
+    if content.get("ply_file_path") is not None:
+        cloud = inside(folder, slashed(text(content, "ply_file_path", path)), path)
+        points = ply_points.reader(cloud, applied, scale)
     return RawCapture(
         names=names,
-        images=[
-            _existing(inside(folder, Path(images, f["file_path"]), path), copies) for f in frames
-        ],
+        images=[_existing(file, copies) for file in files],
         world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
         cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(PurePosixPath(name).parent) for name in names],
         masks=[_existing(inside(folder, Path(masks, name), path)) for name in mask_names] or None,
-        points=_cloud(content, folder, applied, scale, path),
+        points=points,
         dropped=dropped,
     )
-
-
-def _cloud(
-    content: dict, folder: Path, applied: np.ndarray | None, scale: float, path: Path
-) -> Callable[[tuple[int, ...]], RawPoints] | None:
-    """Reads the points of `ply_file_path`, which lie in the world of the poses."""
-    if content.get("ply_file_path") is None:
-        return None
-    file = inside(folder, slashed(text(content, "ply_file_path", path)), path)
-    return ply_points.reader(file, applied, scale)
 
 
 def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
@@ -132,7 +119,11 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
     ]
     dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
     if any(key in content for key in SPLITS):
-        named = {slashed(name) for key in SPLITS for name in _listed(content, key, path)}
+        lists = {key: content.get(key, []) for key in SPLITS}
+        for key, listed in lists.items():
+            if not isinstance(listed, list) or not all(isinstance(name, str) for name in listed):
+                raise ValueError(f"{path}: {key} must be a list of names, got {repr(listed)[:80]}")
+        named = {slashed(name) for listed in lists.values() for name in listed}
         absent = sorted(named - {frame["file_path"] for frame in frames})
         if absent:
             raise ValueError(f"{path}: {absent[0]!r} is in a *_filenames list but not in 'frames'")
@@ -144,20 +135,12 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
     return kept, dropped
 
 
-def _listed(content: dict, key: str, path: Path) -> list[str]:
-    names = content.get(key, [])
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{path}: {key} must be a list of names, got {repr(names)[:80]}")
-    return names
-
-
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
     """The image, or its downscaled copy where that is wanted or only that was distributed."""
     file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
-    home = file.parent.parent
-    smaller = [home / folder / file.name for folder in copies]
-    others = [home / folder / file.name for folder in FOLDERS]
-    return next((path for path in (*smaller, file, *others) if path.is_file()), file)
+    folders = [file.parents[1] / name for name in copies]
+    folders += [file.parent, *(file.parents[1] / name for name in FOLDERS)]
+    return next((path for folder in folders if (path := folder / file.name).is_file()), file)
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
@@ -175,11 +158,7 @@ def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> 
 
 
 def camera_of(content: dict, frame: dict, path: Path) -> Camera:
-    """Return the camera of a frame; a top-level value wins over the frame's, as in nerfstudio.
-
-    Raises:
-        ValueError: for missing intrinsics, or a model that is no perspective camera.
-    """
+    """Return the camera of a frame; a top-level value wins over the frame's, as in nerfstudio."""
     merged = {key: value for key, value in {**frame, **content}.items() if value is not None}
     merged |= {
         key: number(merged[key], path, f"{key} of {frame['file_path']}")
@@ -247,29 +226,29 @@ def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
     return (np.vstack([applied, [0, 0, 0, 1]]) @ matrix).tolist()
 
 
-def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np.ndarray) -> dict:
-    """Content of transforms.json for a recording; frames in arbitrary order, as COLMAP leaves them.
-
-    Args:
-        recording: whose poses are written.
-        camera: of the images that `names` stand for.
-        names: N files under images/.
-        applied: (3, 4) world transform that the poses carry.
-    """
-    frames = [
-        {"file_path": f"images/{name}", "transform_matrix": matrix_of(pose, applied)}
-        for name, pose in zip(names, recording.world_to_camera, strict=True)
+def frames_of(names: Sequence[str], world_to_camera: np.ndarray, applied: np.ndarray) -> list[dict]:
+    """Return the frames of a transforms.json, whose poses carry a (3, 4) world transform."""
+    return [
+        {"file_path": name, "transform_matrix": matrix_of(pose, applied)}
+        for name, pose in zip(names, world_to_camera, strict=True)
     ]
+
+
+def write_scene(
+    recording: Recording, camera: Camera, names: list[str], applied: np.ndarray, folder: Path
+) -> None:
+    """Write transforms.json for files under images/; frames in arbitrary order, as of COLMAP."""
+    paths = [f"images/{name}" for name in names]
+    frames = frames_of(paths, recording.world_to_camera, applied)
     stated = {"applied_transform": applied.tolist(), "frames": frames[::2] + frames[1::2]}
-    return intrinsics_of(camera) | stated
+    content = json.dumps(intrinsics_of(camera) | stated)
+    (folder / "transforms.json").write_text(content)
 
 
 def write(recording: Recording, folder: Path) -> None:
     """Write images/ and transforms.json."""
-    names = [f"{name}.png" for name in recording.names]
-    image_files.write(recording.images, folder / "images", names)
-    content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)
-    (folder / "transforms.json").write_text(json.dumps(content))
+    names = recording.write_images(folder / "images", "png")
+    write_scene(recording, recording.camera, names, NEW_APPLIED_TRANSFORM, folder)
 
 
 LAYOUT = Layout("nerfstudio", lambda folder: (folder / "transforms.json").is_file(), read, write)

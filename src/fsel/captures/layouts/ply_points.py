@@ -23,12 +23,10 @@ GREY = 128  # of points without a colour
 def reader(
     path: Path, applied: np.ndarray | None, scale: float
 ) -> Callable[[tuple[int, ...]], RawPoints]:
-    """Return reader of a file's points, once for whatever frames, in the world of COLMAP's poses.
+    """Return what reads a file's points for whatever frames, see `RawCapture.points`.
 
     Args:
-        path: the file.
-        applied: (3, 4) world transform that the points carry, or None.
-        scale: that they carry besides.
+        applied, scale: (3, 4) world transform and scale that the points carry and lose.
     """
 
     @cache
@@ -43,11 +41,7 @@ def reader(
 
 
 def read(path: Path) -> RawPoints:
-    """Return the positions and colours as the file states them, no tracks.
-
-    Raises:
-        ValueError: naming the file, when it is missing, no `.ply`, or holds no finite points.
-    """
+    """Return the finite positions and the colours as the file states them, without tracks."""
     if not path.exists():
         raise ValueError(f"{path}: file of points is missing")
     try:
@@ -65,11 +59,7 @@ def read(path: Path) -> RawPoints:
 
 
 def check_counts(path: str | Path) -> None:
-    """Refuse a header that counts more rows than the file has bytes; they would be made room for.
-
-    Raises:
-        ValueError: naming the count and the bytes.
-    """
+    """Refuse a header that counts more rows than the file has bytes."""
     size = Path(path).stat().st_size
     with open(path, "rb") as file:
         header = file.read(HEADER).partition(b"end_header")[0]

@@ -34,10 +34,6 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
         folder: the scene.
         instance: value of an object in instance-filt/*.png (0 is none); its pixels become the
             capture's masks. By default there are none.
-
-    Raises:
-        FileNotFoundError: when nothing was exported.
-        ValueError: for an unreadable pose or intrinsics.
     """
     root = _root(folder)
     files = {file.stem: file for file in (root / "color").glob("*.jpg")}
@@ -51,15 +47,17 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
     kept = [stem for stem in stems if _tracked(poses[stem])]
     if not kept:
         raise ValueError(f"{root / 'pose'}: no frame has a finite pose")
-    camera = _camera(root, files[kept[0]])
-    masks = _masks(folder, kept) if instance is not None else None
+    k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
+    # the export's pixel centres are at whole numbers
+    params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
+    camera = Camera("PINHOLE", *image_files.size_of(files[kept[0]]), params)
     return RawCapture(
         names=kept,
         images=[files[stem] for stem in kept],
         world_to_camera=np.array([invert_pose(poses[stem]) for stem in kept]),
         cameras=[camera] * len(kept),
         sequences=["capture"] * len(kept),
-        masks=masks,
+        masks=_masks(folder, kept) if instance is not None else None,
         mask_values=(instance, instance) if instance is not None else (1, 255),
         dropped=dict.fromkeys(sorted(poses.keys() - set(kept)), "tracking lost"),
     )
@@ -68,14 +66,6 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
 def _tracked(pose: np.ndarray) -> bool:
     """Return whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
     return bool(np.isfinite(pose).all()) and abs(np.linalg.det(pose[:3, :3]) - 1) < ORTHONORMAL
-
-
-def _camera(root: Path, file: Path) -> Camera:
-    """Return the colour camera; the export's pixel centres are at whole numbers."""
-    k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
-    return Camera(
-        "PINHOLE", *image_files.size_of(file), (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
-    )
 
 
 def _masks(folder: Path, stems: list[str]) -> list[Path]:
@@ -91,19 +81,19 @@ def _masks(folder: Path, stems: list[str]) -> list[Path]:
 
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording as an export, poses of lost frames -inf; objects keep their numbers."""
-    stems = [str(i) for i in range(len(recording.names))]
-    image_files.write(recording.images, folder / "color", [f"{stem}.jpg" for stem in stems])
+    count = len(recording.names)
+    names = [f"{i}.png" for i in range(count)]
+    image_files.write(recording.images, folder / "color", [f"{i}.jpg" for i in range(count)])
     depth = np.rint(np.maximum(recording.depth, 0) * 1000).clip(0, 65535).astype(np.uint16)
-    image_files.write(depth, folder / "depth", [f"{stem}.png" for stem in stems])
+    image_files.write(depth, folder / "depth", names)
     if recording.objects is not None:
-        names = [f"{stem}.png" for stem in stems]
         image_files.write(recording.objects, folder / "instance-filt", names)
     for name in ("pose", "intrinsic"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    for stem, pose, lost in zip(stems, recording.world_to_camera, recording.lost, strict=True):
+    for i, pose in enumerate(recording.world_to_camera):
         full = np.vstack([invert_pose(pose), [0, 0, 0, 1]])
-        full = np.full((4, 4), -np.inf) if lost else full
-        np.savetxt(folder / "pose" / f"{stem}.txt", full, fmt="%.17g")
+        full = np.full((4, 4), -np.inf) if recording.lost[i] else full
+        np.savetxt(folder / "pose" / f"{i}.txt", full, fmt="%.17g")
     fx, fy, cx, cy = recording.camera.params
     matrix = np.eye(4)
     matrix[:2, :3] = [[fx, 0, cx - HALF], [0, fy, cy - HALF]]

@@ -45,30 +45,19 @@ def read_dslr(folder: Path) -> RawCapture:
 def write_dslr(recording: Recording, folder: Path) -> None:
     """Write a recording as a DSLR capture, every 20th frame a test frame."""
     root = folder / "dslr"
-    names = [f"{name}.JPG" for name in recording.names]
-    image_files.write(recording.images, root / "resized_images", names)
-    frames = [
-        {
-            "file_path": name,
-            "transform_matrix": nerfstudio.matrix_of(pose, ROTATION),
-            "is_bad": bool(bad),
-        }
-        for name, pose, bad in zip(names, recording.world_to_camera, recording.bad, strict=True)
-    ]
-    if recording.masks is not None:
-        masks = [f"{name}.png" for name in recording.names]
-        white = recording.masks.astype(np.uint8) * 255
-        image_files.write(white, root / "resized_anon_masks", masks)
-        for frame, mask in zip(frames, masks, strict=True):
-            frame["mask_path"] = mask
+    names = recording.write_images(root / "resized_images", "JPG")
+    masks = recording.write_masks(root / "resized_anon_masks")
+    frames = nerfstudio.frames_of(names, recording.world_to_camera, ROTATION)
+    for at, frame in enumerate(frames):
+        frame["is_bad"] = bool(recording.bad[at])
+        if masks:
+            frame["mask_path"] = masks[at]
     content = intrinsics_of(recording.camera)
     content["frames"] = [f for i, f in enumerate(frames) if i % 20 != 19]
-    content["test_frames"] = frames[19::20]
-    content["has_mask"] = recording.masks is not None
-    (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
+    content |= {"test_frames": frames[19::20], "has_mask": bool(masks)}
+    colmap.write_sparse(recording, recording.camera, names, root / "colmap", text=True)
+    (root / "nerfstudio").mkdir(exist_ok=True)
     (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
-    model = colmap.build_model(recording, recording.camera, names, np.ones(len(names), bool))
-    colmap.write_text(model, root / "colmap")
 
 
 def read_iphone(folder: Path) -> RawCapture:
@@ -83,25 +72,24 @@ def read_iphone(folder: Path) -> RawCapture:
         root / "nerfstudio" / "transforms.json", root, images="rgb", undo=ROTATION
     )
     metric = read_json(path)
-    stems = [Path(name).stem for name in raw.names]
+    names = [Path(name).name for name in raw.names]  # some carry a video/ or iphone/ prefix
+    stems = [Path(name).stem for name in names]
     absent = [stem for stem in stems if stem not in metric]
     if absent:
         raise ValueError(f"{path}: no entry for {absent[0]!r}")
-    poses = [member(metric[stem], "aligned_pose", path, stem) for stem in stems]
+    poses = []
+    for stem in stems:
+        pose = member(metric[stem], "aligned_pose", path, stem)
+        poses.append(invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}")))
     masks = None
     if (root / "rgb_masks").is_dir() or (root / "rgb_mask.mkv").is_file():
         masks = _stored(root / "rgb_masks", "rgb_mask.mkv", [f"{stem}.png" for stem in stems])
     unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
     raw = replace(
         raw,
-        names=[Path(name).name for name in raw.names],  # some carry a video/ or iphone/ prefix
-        images=_stored(root / "rgb", "rgb.mkv", [Path(name).name for name in raw.names]),
-        world_to_camera=np.array(
-            [
-                invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
-                for stem, pose in zip(stems, poses, strict=True)
-            ]
-        ),
+        names=names,
+        images=_stored(root / "rgb", "rgb.mkv", names),
+        world_to_camera=np.array(poses),
         sequences=["iphone"] * len(stems),
         masks=masks,
         mask_values=(VALID_MASK, 255),
@@ -126,8 +114,7 @@ def _stored(folder: Path, video: str, names: list[str]) -> list[image_files.Imag
 def write_iphone(recording: Recording, folder: Path) -> None:
     """Write a recording as an iPhone capture whose lost frames COLMAP did not register."""
     root = folder / "iphone"
-    names = [f"{name}.jpg" for name in recording.names]
-    image_files.write(recording.images, root / "rgb", names)
+    names = recording.write_images(root / "rgb", "jpg")
     fx, fy, cx, cy = recording.camera.params[:4]
     metric = {}
     for name, pose in zip(recording.names, recording.world_to_camera, strict=True):
@@ -135,18 +122,13 @@ def write_iphone(recording: Recording, folder: Path) -> None:
         intrinsic = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         metric[name] = {"pose": full, "aligned_pose": full, "intrinsic": intrinsic}
     (root / "pose_intrinsic_imu.json").write_text(json.dumps(metric))
-    content = intrinsics_of(recording.camera)
-    content["frames"] = [
-        {
-            "file_path": names[i],
-            "transform_matrix": nerfstudio.matrix_of(recording.world_to_camera[i], ROTATION),
-        }
-        for i in np.flatnonzero(~recording.lost)
-    ]
-    (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
-    (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
-    model = colmap.build_model(recording, recording.camera, names, ~recording.lost)
-    colmap.write_text(model, root / "colmap")
+    kept = np.flatnonzero(~recording.lost)
+    poses = recording.world_to_camera[kept]
+    frames = nerfstudio.frames_of([names[i] for i in kept], poses, ROTATION)
+    (root / "nerfstudio").mkdir(exist_ok=True)
+    content = json.dumps(intrinsics_of(recording.camera) | {"frames": frames})
+    (root / "nerfstudio" / "transforms.json").write_text(content)
+    colmap.write_sparse(recording, recording.camera, names, root / "colmap", lost=False, text=True)
 
 
 DSLR = Layout(

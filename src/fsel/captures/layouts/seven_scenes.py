@@ -36,9 +36,6 @@ def read(folder: Path, pose_source: str = "original") -> RawCapture:
         pose_source: `original`, the depth camera's poses and focal length; `calibrated`, moved to
             the colour camera that took the images; `pgt`, the structure-from-motion poses of
             Brachmann et al. (ICCV 2021) from pgt_{train,test}.txt in the scene's folder.
-
-    Raises:
-        ValueError: for another source, or a pose file that does not parse.
     """
     if pose_source not in POSE_SOURCES:
         raise ValueError(f"pose_source is {pose_source!r}; allowed: {', '.join(POSE_SOURCES)}")
@@ -51,7 +48,10 @@ def read(folder: Path, pose_source: str = "original") -> RawCapture:
             if pose_source == "pgt":
                 pose, focal = known.get(name, (np.full((3, 4), np.nan), COLOR_FOCAL))
             else:
-                pose, focal = _tracked(folder / sequence / f"{stem}.pose.txt", pose_source)
+                pose = invert_pose(read_matrix(folder / sequence / f"{stem}.pose.txt"))
+                focal = DEPTH_FOCAL
+            if pose_source == "calibrated":
+                pose, focal = DEPTH_TO_COLOR @ np.vstack([pose, [0, 0, 0, 1]]), COLOR_FOCAL
             if not np.isfinite(pose).all():
                 dropped[name] = "tracking lost (pose not finite or not there)"
                 continue
@@ -90,14 +90,6 @@ def _sequences(folder: Path) -> list[str]:
     return names
 
 
-def _tracked(path: Path, pose_source: str) -> tuple[np.ndarray, float]:
-    """Return the world-to-camera pose, not finite where tracking was lost, and focal length."""
-    pose = invert_pose(read_matrix(path))
-    if pose_source == "original":
-        return pose, DEPTH_FOCAL
-    return DEPTH_TO_COLOR @ np.vstack([pose, [0, 0, 0, 1]]), COLOR_FOCAL
-
-
 def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
     """Frame name -> world-to-camera and focal length: `file qw qx qy qz tx ty tz f` a line."""
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
@@ -123,7 +115,7 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
 
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording with millimetre depth; the last pass is the test split."""
-    image_files.write(recording.images, folder, [f"{name}.color.png" for name in recording.names])
+    recording.write_images(folder, "color.png")
     depth = np.where(recording.depth > 0, recording.depth * 1000, NO_DEPTH)
     depth = np.clip(np.rint(depth), 0, NO_DEPTH).astype(np.uint16)
     image_files.write(depth, folder, [f"{name}.depth.png" for name in recording.names])
@@ -136,10 +128,9 @@ def write(recording: Recording, folder: Path) -> None:
     (folder / "TestSplit.txt").write_text(lines[-1])
 
 
-LAYOUT = Layout(
-    "seven_scenes",
-    lambda folder: (folder / "TrainSplit.txt").is_file(),
-    read,
-    write,
-    ("pose_source",),
-)
+def recognises(folder: Path) -> bool:
+    """Look for the training split."""
+    return (folder / "TrainSplit.txt").is_file()
+
+
+LAYOUT = Layout("seven_scenes", recognises, read, write, ("pose_source",))

@@ -7,20 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.colmap.model import write_binary
 from fsel.captures.colmap.undistortion import HALF
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, focal_from_poses, match
-from fsel.captures.layouts import colmap
+from fsel.captures.layouts import bare, colmap
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import numbers, read_matrix, read_text
 from fsel.core.geometry import invert_pose
-from fsel.core.names import natural
 
 FACTOR = 2
 PAIRS = 12
 SPLITS = ("train", "test")  # of NeRF++; its validation repeats test, its camera_path has no images
-ENDINGS = (".jpg", ".png")
 
 
 def recognises(folder: Path) -> bool:
@@ -35,17 +32,13 @@ def read(folder: Path, focal: float | None = None) -> RawCapture:
         folder: the scene.
         focal: focal length over image width, for the official release, which states none; by
             default it is found by matching some pairs against the poses.
-
-    Raises:
-        FileNotFoundError: when it is none of the three releases.
-        ValueError: for poses without images, or images that do not match.
     """
     if (folder / "train" / "intrinsics").is_dir():
         return _read_nerfpp(folder)
     path = _log_file(folder)
     if path is None:
         return colmap.read(folder)
-    files, poses, dropped = _read_log(path, _images_of(folder))
+    files, poses, dropped = _read_log(path, bare.find(folder))
     width, height = image_files.size_of(files[0])
     f = width * focal if focal else _estimated(files, poses, path)
     camera = Camera("SIMPLE_PINHOLE", width, height, (f, width / 2, height / 2))
@@ -66,14 +59,6 @@ def _log_file(folder: Path) -> Path | None:
         folder.parent / f"{folder.name}_COLMAP_SfM.log",
     ]
     return next((path for path in places if path.is_file()), None)
-
-
-def _images_of(folder: Path) -> list[Path]:
-    inner = folder / "images" if (folder / "images").is_dir() else folder
-    return sorted(
-        (file for file in inner.iterdir() if file.suffix.lower() in ENDINGS),
-        key=lambda file: natural(file.name),
-    )
 
 
 def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, dict[str, str]]:
@@ -130,11 +115,9 @@ def _read_nerfpp(folder: Path) -> RawCapture:
 
 def write(recording: Recording, folder: Path) -> None:
     """Write images/ at half size, and sparse/0 without frames whose pose was lost."""
-    names = [f"{name}.jpg" for name in recording.names]
-    image_files.write(recording.images, folder / "images", names)
+    names = recording.write_images(folder / "images", "jpg")
     camera = colmap.scaled(recording.camera, FACTOR)
-    model = colmap.build_model(recording, camera, names, ~recording.lost)
-    write_binary(model, folder / "sparse" / "0")
+    colmap.write_sparse(recording, camera, names, folder / "sparse" / "0", lost=False)
 
 
 LAYOUT = Layout("tanks_and_temples", recognises, read, write, ("focal",))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.model import write_binary
+from fsel.captures.colmap.model import write_model
 from fsel.captures.colmap.runs import SEED, Part, Work, build
 from fsel.captures.images import video
 from fsel.captures.layouts import bare
@@ -55,7 +55,7 @@ def place(
     model, raw = _placed(sources, taken, folder, work, say)
     twice = repeated(model, work)
     turn_upright(model)
-    write_binary(model, folder / MODEL)
+    write_model(model, folder / MODEL)
     return {"by": work.who, "repeated": twice} | _found(sources, taken, raw, model)
 
 

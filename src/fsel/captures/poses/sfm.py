@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides
-from fsel.captures.colmap.model import observed, points_of, rigid_of, write_binary
+from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
 from fsel.captures.colmap.runs import (
     MIN_PLACED,
     SEED,
@@ -191,7 +190,7 @@ def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) ->
     renamed = pycolmap.Reconstruction(model)
     for image in renamed.images.values():
         image.name = names[image.name]
-    write_binary(renamed, folder)
+    write_model(renamed, folder)
     return folder
 
 
@@ -212,12 +211,9 @@ def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> 
         raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
     kept = sorted(rows.values())
     images = [posed[name] for name in sorted(rows, key=rows.__getitem__)]
-    ids, seen = [image.image_id for image in images], cache(lambda: observed(model))
     return replace(
         raw.subset(kept, reason),
         world_to_camera=np.array([image.cam_from_world().matrix() for image in images]),
         cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in images],
-        points=lambda frames: points_of(
-            seen(), {ids[row]: at for at, row in enumerate(frames)}, "the model"
-        ),
+        points=points_reader(model, [image.image_id for image in images]),
     )
