@@ -63,23 +63,11 @@ class Journal:
     def remember(
         self, label: Hashable, evaluate: Callable[[np.ndarray], np.ndarray]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Give `evaluate`, (K,) ascending frames -> metrics, a memory under a label of its own.
-
-<<<<<<< HEAD
-        Beyond what this job may add, it raises `EvaluationLimitReached`.
-=======
-        Args:
-            label: tells this evaluator's subsets from another's in the same journal.
-            evaluate: (K,) ascending frames -> metrics.
->>>>>>> 63a8e9d (A scene is labelled at as many coverage levels as asked, each by a job of its own; labels are no longer made in parts)
-        """
+        """Give `evaluate`, (K,) ascending frames -> metrics, a memory under a label of its own."""
 
         def remembered(subset: np.ndarray) -> np.ndarray:
             key = f"{label}:{','.join(map(str, subset.tolist()))}"
             if key not in self._known:
-<<<<<<< HEAD
-                if self._most is not None and len(self._known) >= self._most:
-                    raise EvaluationLimitReached
                 self._known[key] = np.asarray(evaluate(subset), float).tolist()
                 self._file.write(json.dumps([key, self._known[key]]) + "\n")
                 self._file.flush()
@@ -87,9 +75,6 @@ class Journal:
                 if self.fresh % PROGRESS == 0:
                     known = len(self._known)
                     logger.info("%s: %d evaluations, %d of them now", label, known, self.fresh)
-=======
-                self._add(key, np.asarray(evaluate(subset), float).tolist())
->>>>>>> 63a8e9d (A scene is labelled at as many coverage levels as asked, each by a job of its own; labels are no longer made in parts)
             return np.array(self._known[key])
 
         return remembered
