@@ -1,7 +1,6 @@
-"""Systems beside Linux: modules that Windows lacks, and paths as Windows writes them."""
+"""Windows: paths as it writes them, and a module that it lacks; see `test_core` for the others."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path, PureWindowsPath
 
@@ -12,38 +11,6 @@ import fsel
 from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.captures.parsing import inside, slashed
 from fsel.reconstruct import configured
-
-WINDOWS_LACKS = ("fcntl", "grp", "pwd", "resource", "termios")
-COMMANDS = f"""
-import os, signal, sys
-
-for name in {WINDOWS_LACKS}:
-    sys.modules[name] = None  # an import of it fails
-del os.sched_getaffinity, signal.pthread_sigmask
-
-from pathlib import Path
-from fsel.cli import main
-from fsel.captures.opening import locked
-
-for line in [
-    "select ring -k 5 --targets every:8 -o chosen",
-    "select ring -k 5 --patience 5s -o tried",
-    "select ring -k 5 --link -o linked",
-    "compare ring -k 4 --methods fsel,uniform -o compared",
-    "reconstruct ring --frames tried/frames.txt -o ring.ply",
-]:
-    assert main([*line.split(), "--quiet"]) == 0, line
-with locked(Path("lock")):
-    pass
-"""
-
-
-def test_commands_run_without_what_windows_lacks(tmp_path):
-    write_ring(tmp_path / "ring")
-    done = subprocess.run(
-        [sys.executable, "-c", COMMANDS], cwd=tmp_path, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
 
 
 def test_memory_is_not_counted_where_the_system_has_no_call_for_it(monkeypatch):

@@ -1,6 +1,5 @@
 """Videos and photos placed together: frames taken denser, times that are lost, causes named."""
 
-import json
 import sys
 from pathlib import Path
 
@@ -223,26 +222,3 @@ def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypa
     assert (0, 40) not in chosen
     across = [(i, j) for i, j in chosen if i < 60 <= j]
     assert max(abs(j - 60 - i) for i, j in across) <= 8
-
-
-def test_passes_have_a_camera_each(tmp_path):
-    """Photos of two folders: what one camera sees is not told of the other."""
-    from test_sfm import poses, render
-
-    frames = render(poses(10))
-    sources = []
-    for at, name in enumerate(("near", "far")):
-        folder = tmp_path / name
-        chosen = frames[at::2]
-        image_files.write(chosen, folder, [f"{i}.png" for i in range(5)])
-        files = tuple(sorted(folder.iterdir()))
-        sources.append(Source(folder, name, files))
-    found = placement.place(
-        sources, Sampling(), tmp_path / "out", Work(tmp_path / "work"), lambda *_: None
-    )
-    assert len(found["placed"]) == 10
-    model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
-    cameras = {image.name.partition("/")[0]: image.camera_id for image in model.images.values()}
-    assert sorted(cameras) == ["far", "near"]
-    assert cameras["near"] != cameras["far"]
-    assert json.dumps(found)

@@ -10,7 +10,6 @@ from fsel.captures.colmap.estimator import Estimator, checked
 from fsel.captures.colmap.runs import Work
 from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
-from fsel.captures.read import read_folder
 from fsel.core.programs import MissingRequirement
 
 # places all images but the last on a ring, in two models; arguments: folder, images of the second
@@ -67,12 +66,6 @@ def test_the_largest_model_is_taken_under_the_photos_own_names(photos, program):
     np.testing.assert_allclose(found.world_to_camera, ring(6)[:5], atol=1e-12)
     assert found.sparse() is None
     assert Estimator(by=[["colmap", "mapper"], ["glomap", "mapper"]]).name == "glomap"
-
-
-def test_a_capture_is_read_with_a_programs_poses(photos, program):
-    read = read_folder(photos, "images", 32, poses={"by": program})
-    assert len(read.capture) == 5
-    assert set(read.dropped.values()) == {"not placed by place"}
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,13 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import numpy as np
-import pycolmap
 import pytest
 from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 
-from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import LAYOUTS
-from fsel.captures.layouts.nerfstudio import camera_of, intrinsics_of
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.geometry import OPENGL_TO_OPENCV
 
@@ -44,32 +40,6 @@ def test_names_with_spaces_and_folders_in_a_text_model(made, tmp_path):
     capture = read_capture(tmp_path, long_side=64)
     assert list(capture.names) == names
     assert set(capture.sequences) == {"left cam"}
-
-
-@pytest.mark.parametrize("model", ["SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "FULL_OPENCV"])
-def test_any_camera_model_that_can_be_undistorted(made, tmp_path, model):
-    params = {
-        "SIMPLE_PINHOLE": (60.0, 32.0, 24.0),
-        "SIMPLE_RADIAL": (60.0, 32.0, 24.0, -0.02),
-        "RADIAL": (60.0, 32.0, 24.0, -0.02, 0.001),
-        "FULL_OPENCV": (60.0, 60.0, 32.0, 24.0, -0.02, 0, 0, 0, 0, 0, 0, 0),
-    }[model]
-    write_colmap(made, tmp_path)
-    reconstruction = pycolmap.Reconstruction(str(tmp_path / "sparse/0"))
-    camera = reconstruction.cameras[1]
-    camera.model, camera.params = getattr(pycolmap.CameraModelId, model), list(params)
-    reconstruction.write_text(str(tmp_path / "sparse/0"))
-    capture = read_capture(tmp_path, long_side=64)
-    np.testing.assert_allclose(capture.intrinsics[0], [60, 60, 32, 24], rtol=0.05)
-
-
-def test_masks_beside_a_colmap_model(made, tmp_path):
-    names = write_colmap(made, tmp_path)
-    masks = np.zeros((22, 48, 64), np.uint8)
-    masks[:, :, :20] = 255
-    image_files.write(masks, tmp_path / "masks", [f"{name}.png" for name in names])
-    capture = read_capture(tmp_path, long_side=64)
-    np.testing.assert_array_equal(capture.masks, masks > 0)
 
 
 def test_copies_named_otherwise_are_paired_in_order(made, tmp_path):
@@ -151,16 +121,6 @@ def test_distortion_by_name_or_in_a_list(made, tmp_path):
     assert read_raw(tmp_path)[1].cameras[0] == named == OPENCV
 
 
-def test_a_fisheye_takes_four_k(made, tmp_path):
-    content = transforms(
-        made, camera_model="OPENCV_FISHEYE", k1=-0.03, k2=0.006, k3=-0.002, k4=2e-4
-    )
-    write_nerfstudio(made, tmp_path, content)
-    camera = read_raw(tmp_path)[1].cameras[0]
-    assert camera.model == "OPENCV_FISHEYE"
-    assert camera.params[4:] == (-0.03, 0.006, -0.002, 2e-4)
-
-
 def test_blender_s_field_of_view_and_bare_names(made, tmp_path):
     content = transforms(made)
     content = {
@@ -184,17 +144,6 @@ def test_frames_in_no_list_are_left_out(made, tmp_path):
     raw = read_raw(tmp_path)[1]
     assert len(raw.names) == 19
     assert list(raw.dropped.values()) == ["in none of the *_filenames lists"] * 3
-
-
-def test_masks_of_nerfstudio(made, tmp_path):
-    content = transforms(made)
-    masks = np.full((22, 48, 64), 7, np.uint8)
-    masks[:, 10:20] = 0
-    image_files.write(masks, tmp_path / "masks", [f"{name}.png" for name in made.names])
-    for frame in content["frames"]:
-        frame["mask_path"] = frame["file_path"].replace("images", "masks")
-    write_nerfstudio(made, tmp_path, content)
-    np.testing.assert_array_equal(read_capture(tmp_path, long_side=64).masks, masks > 0)
 
 
 # auto
@@ -227,17 +176,3 @@ def test_every_nth_frame_of_each_sequence(tmp_path):
     LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
     names = read_capture(tmp_path, every=5).names
     assert names == tuple(f"seq-0{s}/frame-{i:06d}" for s in (1, 2) for i in (0, 5, 10))
-
-
-@pytest.mark.parametrize(
-    ("model", "params"),
-    [
-        ("PINHOLE", (50.0, 51.0, 32.0, 24.0)),
-        ("OPENCV", (50.0, 51.0, 32.0, 24.0, 0.1, 0.2, 0.3, 0.4)),
-        ("OPENCV_FISHEYE", (50.0, 51.0, 32.0, 24.0, 0.1, 0.2, 0.3, 0.4)),
-    ],
-)
-def test_cameras_of_transforms_json_come_back(model, params):
-    camera = Camera(model, 64, 48, params)
-    content = intrinsics_of(camera)
-    assert camera_of(content, {"file_path": "a.png"}, Path("transforms.json")) == camera
