@@ -6,6 +6,7 @@ import shutil
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
+from small_captures import write_video
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
@@ -100,16 +101,7 @@ def write_film(made, folder):
     path.write_text(json.dumps(content))
     shutil.rmtree(root / "rgb")
     shutil.rmtree(root / "colmap")
-    write_video(made.images, root / "rgb.mkv")
-
-
-def write_video(frames, path):
-    """A lossless video of (N, h, w, 3) RGB frames."""
-    size = frames.shape[2], frames.shape[1]
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 60, size, True)
-    for image in frames:
-        writer.write(np.ascontiguousarray(image[..., ::-1]))
-    writer.release()
+    write_video(root / "rgb.mkv", made.images, 60, "FFV1")
 
 
 def discs(frames):

@@ -1,6 +1,7 @@
 """Small COLMAP captures on disk, written by pycolmap and OpenCV alone, and the command on them."""
 
 import json
+import shutil
 import struct
 from pathlib import Path
 
@@ -115,21 +116,49 @@ def damage_pixels(path, size=SIZE):
     path.write_bytes(content)
 
 
+def run(*arguments):
+    """Exit code of a command."""
+    return main([*map(str, arguments)])
+
+
 def select(*arguments):
-    """The command; without trying selections, unless it says for how long."""
+    """That of `fsel select`; without trying selections, unless it says for how long."""
     trying = () if "--patience" in arguments else ("--patience", "0")
-    return main(["select", *map(str, arguments), *trying])
+    return run("select", *arguments, *trying)
 
 
 def record_of(out):
     return json.loads((out / "selection.json").read_text())
 
 
+def opengl(pose):
+    """(4, 4) camera-to-world of a world-to-camera pose, y being up and z behind in the camera."""
+    return np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+
+
 def camera_path(folder, poses):
     """nerfstudio's camera path through world-to-camera poses."""
-    views = []
-    for pose in poses:
-        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
-        views.append({"camera_to_world": matrix.ravel().tolist()})
+    views = [{"camera_to_world": opengl(pose).ravel().tolist()} for pose in poses]
     (folder / "path.json").write_text(json.dumps({"camera_path": views}))
     return folder / "path.json"
+
+
+def pose_anew(folder, poses, **content):
+    """Replace the COLMAP model of a ring by nerfstudio's transforms.json, with other poses."""
+    shutil.rmtree(folder / "sparse")
+    frames = [
+        {"file_path": f"images/frame_{i:03d}.jpg", "transform_matrix": opengl(pose).tolist()}
+        for i, pose in enumerate(poses)
+    ]
+    content = {"w": SIZE[0], "h": SIZE[1], "fl_x": 60, "frames": frames} | content
+    (folder / "transforms.json").write_text(json.dumps(content))
+
+
+def write_video(path, frames, rate=10.0, code="MJPG"):
+    """A video of (h, w, 3) RGB frames; the code FFV1 loses nothing."""
+    size = frames[0].shape[1::-1]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*code), rate, size)
+    for frame in frames:
+        writer.write(np.ascontiguousarray(frame[..., ::-1]))
+    writer.release()
+    return path

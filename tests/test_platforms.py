@@ -5,10 +5,9 @@ import sys
 from pathlib import Path, PureWindowsPath
 
 import pytest
-from small_captures import write_ring
+from small_captures import pose_anew, write_ring
 
 import fsel
-from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.captures.parsing import inside, slashed
 from fsel.reconstruct import configured
 
@@ -26,16 +25,11 @@ def as_windows_wrote_it(folder):
     (folder / "images").mkdir()
     (folder / "walk").rename(folder / "images" / "walk")
     names = [f"walk/frame_{i:03d}.jpg" for i in range(len(poses))]
-    paths = [str(PureWindowsPath("images", name)) for name in names]
-    frames = [
-        {
-            "file_path": path,
-            "transform_matrix": matrix_of(pose, [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]),
-        }
-        for path, pose in zip(paths, poses, strict=True)
-    ]
-    camera = {"w": 64, "h": 48, "fl_x": 60, "fl_y": 61, "cx": 32, "cy": 24}
-    content = camera | {"frames": frames, "train_filenames": paths}
+    pose_anew(folder, poses, fl_y=61, cx=32, cy=24)
+    content = json.loads((folder / "transforms.json").read_text())
+    for frame, name in zip(content["frames"], names, strict=True):
+        frame["file_path"] = str(PureWindowsPath("images", name))
+    content["train_filenames"] = [frame["file_path"] for frame in content["frames"]]
     (folder / "transforms.json").write_text(json.dumps(content))
     return names
 

@@ -9,12 +9,12 @@ import pycolmap
 import pytest
 from layout_recordings import full
 from scipy.spatial.transform import Rotation
+from small_captures import opengl
 
 from fsel.captures.colmap.model import write_model
 from fsel.captures.images import files as image_files
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
-from fsel.core.geometry import OPENGL_TO_OPENCV
 
 SIZE = (320, 240)
 K = np.array([[300.0, 0, 160], [0, 300.0, 120], [0, 0, 1]])
@@ -57,11 +57,10 @@ def write_posed(folder, truth):
     """transforms.json without points; pixel centres at (0.5, 0.5)."""
     names = [f"{i}.png" for i in range(len(truth))]
     image_files.write(render(truth), folder / "images", names)
-    frames = []
-    for name, pose in zip(names, truth, strict=True):
-        matrix = full(pose)
-        matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
-        frames.append({"file_path": f"images/{name}", "transform_matrix": matrix.tolist()})
+    frames = [
+        {"file_path": f"images/{name}", "transform_matrix": opengl(pose).tolist()}
+        for name, pose in zip(names, truth, strict=True)
+    ]
     content = {"w": 320, "h": 240, "fl_x": 300, "fl_y": 300, "cx": 160.5, "cy": 120.5}
     (folder / "transforms.json").write_text(json.dumps(content | {"frames": frames}))
 

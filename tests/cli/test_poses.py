@@ -12,7 +12,7 @@ import numpy as np
 import pose_program
 import pycolmap
 import pytest
-from small_captures import record_of, state_orientation
+from small_captures import record_of, run, select, state_orientation, write_video
 
 from fsel.captures import opening
 from fsel.captures.colmap.estimator import Estimator
@@ -20,13 +20,8 @@ from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
 from fsel.captures.opening import Opening
 from fsel.captures.sampling import Source
-from fsel.cli import main
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))
-
-
-def run(*arguments):
-    return main([*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +38,7 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
-@pytest.fixture
-def unmatched(monkeypatch):
+def refuse_to_match(monkeypatch):
     """Matching ends the test."""
     for name in ("match_image_pairs", "match_exhaustive", "extract_features"):
         monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
@@ -56,17 +50,9 @@ def write_heic(path, image):
     pillow_heif.from_bytes("RGB", image.shape[1::-1], image.tobytes()).save(path, quality=95)
 
 
-def write_video(path, frames, rate):
-    size = frames[0].shape[1::-1]
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate, size)
-    for frame in frames:
-        writer.write(np.ascontiguousarray(frame))
-    writer.release()
-
-
 def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys, monkeypatch):
     video = tmp_path / "walk.avi"
-    write_video(video, [shot[..., ::-1] for shot in shots], rate=5)
+    write_video(video, shots, rate=5)
     out = tmp_path / "capture"
     assert run("poses", video, "--rate", 5, "-o", out) == 0
     said = capsys.readouterr()
@@ -80,11 +66,8 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert run("info", out, "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["frames"], found["unregistered"]) == (10, ["frame_00010.jpg"])
-    for name in ("match_image_pairs", "match_exhaustive", "extract_features"):
-        monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
-    assert (
-        run("select", video, "--rate", 5, "-k", 4, "--patience", 0, "-o", tmp_path / "picked") == 0
-    )
+    refuse_to_match(monkeypatch)
+    assert select(video, "--rate", 5, "-k", 4, "-o", tmp_path / "picked") == 0
     record = record_of(tmp_path / "picked")
     assert len(record["frames"]) == 4
     assert record["capture"]["folder"] == str(video)
@@ -189,8 +172,8 @@ def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_pa
     pytest.importorskip("pillow_heif")
     one, two = tmp_path / "walk.avi", tmp_path / "other" / "walk.avi"
     two.parent.mkdir()
-    write_video(one, [shot[..., ::-1] for shot in shots[:6]], rate=5)
-    write_video(two, [np.ascontiguousarray(shot[40:, :, ::-1]) for shot in shots[3:8]], rate=5)
+    write_video(one, shots[:6], rate=5)
+    write_video(two, [shot[40:] for shot in shots[3:8]], rate=5)
     (tmp_path / "photos").mkdir()
     for i in (7, 8, 9):
         write_heic(tmp_path / "photos" / f"IMG_{i}.HEIC", shots[i])
@@ -225,7 +208,8 @@ def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, t
     assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
 
 
-def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, unmatched):
+def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, monkeypatch):
+    refuse_to_match(monkeypatch)
     photos, out = tmp_path / "photos", tmp_path / "out"
     image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
     by = shlex.join(pose_program.written(tmp_path))

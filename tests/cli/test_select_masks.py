@@ -5,8 +5,8 @@ import json
 import cv2
 import numpy as np
 import pytest
-from layout_recordings import recording, write_film, write_video
-from small_captures import record_of, select
+from layout_recordings import recording, write_film
+from small_captures import record_of, select, write_video
 
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import LAYOUTS
@@ -81,7 +81,7 @@ def test_frames_of_a_video_become_images(tmp_path, more):
     made = recording("scannetpp_iphone")
     write_film(made, tmp_path / "scene")
     masks = np.repeat(bands(22)[..., None], 3, axis=3)
-    write_video(masks, tmp_path / "scene" / "iphone" / "rgb_mask.mkv")
+    write_video(tmp_path / "scene" / "iphone" / "rgb_mask.mkv", masks, 60, "FFV1")
     out = tmp_path / "out"
     assert select(tmp_path / "scene", "-k", 5, *more, "-o", out) == 0
     folder = out / "train" if "every:5" in more else out

@@ -1,16 +1,13 @@
 """Points that transforms.json names, in the world of its poses."""
 
-import json
-
 import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
-from small_captures import ring, write_ring
+from small_captures import pose_anew, ring, write_ring
 
 import fsel
 from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM
 from fsel.captures.read import read_capture
-from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
 
 SCALE = 0.5
 XYZ = np.array([[0.5, 0.25, -0.5], [0, 0, 0], [0, -90, 0]])  # the last above all cameras
@@ -21,19 +18,13 @@ def capture(tmp_path):
     """A ring of cameras as nerfstudio exports it: turned, scaled, and without a COLMAP model."""
     folder = tmp_path / "capture"
     write_ring(folder)
-    (folder / "sparse").rename(tmp_path / "model")
-    frames = []
-    for i, pose in enumerate(ring(24)):
-        matrix = np.eye(4)
-        matrix[:3] = NEW_APPLIED_TRANSFORM @ np.vstack([invert_pose(pose), [0, 0, 0, 1]])
-        matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
-        matrix[:3, 3] *= SCALE
-        name = f"images/frame_{i:03d}.jpg"
-        frames.append({"file_path": name, "transform_matrix": matrix.tolist()})
-    content = {"w": 64, "h": 48, "fl_x": 60, "fl_y": 61, "frames": frames}
-    content |= {"applied_transform": NEW_APPLIED_TRANSFORM.tolist(), "applied_scale": SCALE}
+    poses = []
+    for pose in ring(24):
+        turned = pose[:, :3] @ NEW_APPLIED_TRANSFORM[:, :3].T
+        poses.append(np.column_stack([turned, SCALE * pose[:, 3]]))
+    applied = {"applied_transform": NEW_APPLIED_TRANSFORM.tolist(), "applied_scale": SCALE}
+    pose_anew(folder, poses, fl_y=61, ply_file_path="cloud.ply", **applied)
     write(folder / "cloud.ply", XYZ @ NEW_APPLIED_TRANSFORM[:, :3].T * SCALE)
-    (folder / "transforms.json").write_text(json.dumps(content | {"ply_file_path": "cloud.ply"}))
     return folder
 
 

@@ -5,12 +5,12 @@ import shutil
 
 import numpy as np
 import pytest
-from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
+from layout_recordings import OPENCV, PINHOLE, recording, write_colmap
+from small_captures import opengl
 
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture, read_raw, recognise
-from fsel.core.geometry import OPENGL_TO_OPENCV
 
 
 @pytest.fixture
@@ -62,9 +62,8 @@ def transforms(made, camera=PINHOLE, **content):
     fx, fy, cx, cy, *extra = camera.params
     frames = []
     for name, pose in zip(made.names, made.world_to_camera, strict=True):
-        matrix = full(pose)
-        matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
-        frames.append({"file_path": f"images/{name}.png", "transform_matrix": matrix.tolist()})
+        place = opengl(pose).tolist()
+        frames.append({"file_path": f"images/{name}.png", "transform_matrix": place})
     known = {"w": 64, "h": 48, "fl_x": fx, "fl_y": fy, "cx": cx, "cy": cy}
     return known | dict(zip(keys, extra, strict=False)) | {"frames": frames[::-1]} | content
 
