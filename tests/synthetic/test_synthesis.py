@@ -89,7 +89,6 @@ def test_a_path_against_or_inside_an_object_is_refused(monkeypatch, side):
         scene = setting.scene(rng)
         if side > 1:
             scene.meshes.clear()
-            scene.owner.clear()
         where = (1.9, 0, 0) if side < 1 else (0, 0, -side / 2)
         scene.box((side, side, max(2.5, side)), where, scene.materials[0])
         return scene

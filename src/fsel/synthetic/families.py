@@ -19,41 +19,31 @@ TABLE = 0.72  # metres from the ground to where a single object stands
 
 @dataclass(frozen=True)
 class Setting:
-    """Manner of a family: scene and shot makers, and what its cameras must keep clear of.
-
-    Attributes:
-        scene: makes a place.
-        shot: plans a filming of so many frames.
-        clearance: least distance from a camera to any surface, metres.
-        view: least distance straight ahead, metres.
-        seeing: least share of the frames that must see the scene's subject, if it has one.
-    """
+    """What a family films and how, and what its cameras must keep clear of."""
 
     scene: Callable[[np.random.Generator], Scene]
-    shot: Callable[[np.random.Generator, int], Shot]
-    clearance: float
-    view: float
-    seeing: float = 0.0
+    shot: Callable[[np.random.Generator, int], Shot]  # a filming of so many frames
+    clearance: float  # least distance from a camera to any surface, metres
+    view: float  # least distance straight ahead, metres
+    seeing: float = 0.0  # least share of the frames that see the scene's subject, if it has one
+    metric: bool = False  # whether the capture's world is metric and upright
 
 
-def _pinhole(focal: float) -> Callable[[int, int], Camera]:
-    return lambda w, h: Camera("PINHOLE", w, h, (focal * w, focal * w, w / 2, h / 2))
+def _lens(
+    model: str, focal: float, *distortion: float, stretch=1.0, middle=(0.5, 0.5)
+) -> Callable[[int, int], Camera]:
+    """Camera of a width and height: `focal` in widths, `stretch` of its vertical one over it."""
 
-
-def _opencv(focal: float, k1: float, k2: float) -> Callable[[int, int], Camera]:
     def make(w: int, h: int) -> Camera:
-        params = (focal * w, focal * w * 1.002, w * 0.503, h * 0.497, k1, k2, 3e-4, -4e-4)
-        return Camera("OPENCV", w, h, params)
+        params = (focal * w, focal * w * stretch, w * middle[0], h * middle[1], *distortion)
+        return Camera(model, w, h, params)
 
     return make
 
 
-def _fisheye(focal: float) -> Callable[[int, int], Camera]:
-    def make(w: int, h: int) -> Camera:
-        params = (focal * w, focal * w, w * 0.501, h * 0.498, -0.03, 0.006, -0.002, 2e-4)
-        return Camera("OPENCV_FISHEYE", w, h, params)
-
-    return make
+def _phone(focal: float, k1: float, k2: float) -> Callable[[int, int], Camera]:
+    middle = (0.503, 0.497)
+    return _lens("OPENCV", focal, k1, k2, 3e-4, -4e-4, stretch=1.002, middle=middle)
 
 
 def _dl3dv_scene(rng) -> Scene:
@@ -74,7 +64,7 @@ def _dl3dv(rng, frames: int) -> Shot:
     else:
         path = trajectories.ring_walk(rng, 2.3, 1.9, 1.5, rng.uniform(0.9, 1.5))
     habits = Habits(lingers=3, blurs=4, strength=0.05, drift=0.15, noise=0.008)
-    return plan(rng, [path], frames, _opencv(rng.uniform(0.75, 0.9), -0.03, 0.008), habits)
+    return plan(rng, [path], frames, _phone(rng.uniform(0.75, 0.9), -0.03, 0.008), habits)
 
 
 def _tanks_scene(rng) -> Scene:
@@ -86,7 +76,7 @@ def _tanks_scene(rng) -> Scene:
 def _tanks(rng, frames: int) -> Shot:
     path = trajectories.orbit(rng, rng.uniform(1.0, 1.5), 4.3, (1.5, 2.3, 1.6), (0, 0, 1.3))
     habits = Habits(lingers=3, blurs=3, strength=0.04, drift=0.2, noise=0.006, lost=2)
-    return plan(rng, [path], frames, _pinhole(rng.uniform(0.75, 0.85)), habits)
+    return plan(rng, [path], frames, _lens("PINHOLE", rng.uniform(0.75, 0.85)), habits)
 
 
 def _mipnerf_scene(rng) -> Scene:
@@ -98,40 +88,26 @@ def _mipnerf_scene(rng) -> Scene:
 def _mipnerf(rng, frames: int) -> Shot:
     path = trajectories.orbit(rng, 2.7, 2.0, (1.1, 1.5, 2.0), (0, 0, 0.75))
     habits = Habits(lingers=2, blurs=2, strength=0.03, drift=0.05, noise=0.004, shutter=0.05)
-    return plan(rng, [path], frames, _pinhole(rng.uniform(0.8, 0.95)), habits)
+    return plan(rng, [path], frames, _lens("PINHOLE", rng.uniform(0.8, 0.95)), habits)
 
 
 def _iphone(rng, frames: int) -> Shot:
     path = trajectories.ring_walk(rng, 1.9, 1.5, 1.45, rng.uniform(1.2, 1.8))
     habits = Habits(
-        lingers=4,
-        blurs=9,
-        strength=0.09,
-        drift=0.35,
-        noise=0.012,
-        shutter=0.12,
-        metric=True,
-        name="frame_{:06d}",
-        lost=2,
+        lingers=4, blurs=9, strength=0.09, drift=0.35, noise=0.012, shutter=0.12, lost=2
     )
-    return plan(rng, [path], frames, _opencv(0.78, 0.02, -0.01), habits)
+    return plan(rng, [path], frames, _phone(0.78, 0.02, -0.01), habits, name="frame_{:06d}")
 
 
 def _scannetpp(rng, frames: int) -> Shot:
     """Stills, further apart than frames of a video; each overlaps the next."""
     path = trajectories.ring_walk(rng, 2.0, 1.6, 1.5, rng.uniform(2.6, 3.2))
     habits = Habits(
-        lingers=1,
-        blurs=3,
-        strength=0.08,
-        drift=0.05,
-        noise=0.003,
-        shutter=0.01,
-        metric=True,
-        name="DSC{:05d}",
-        flag_blur=True,
+        lingers=1, blurs=3, strength=0.08, drift=0.05, noise=0.003, shutter=0.01, flag_blur=True
     )
-    return plan(rng, [path], frames, _fisheye(0.5), habits)
+    distortion = (-0.03, 0.006, -0.002, 2e-4)
+    lens = _lens("OPENCV_FISHEYE", 0.5, *distortion, middle=(0.501, 0.498))
+    return plan(rng, [path], frames, lens, habits, name="DSC{:05d}")
 
 
 def _seven(rng, frames: int) -> Shot:
@@ -139,34 +115,17 @@ def _seven(rng, frames: int) -> Shot:
         trajectories.ring_walk(rng, 1.3, 1.0, rng.uniform(1.2, 1.7), rng.uniform(0.35, 0.7))
         for _ in range(4)
     ]
-    habits = Habits(
-        lingers=1,
-        blurs=2,
-        strength=0.03,
-        drift=0.1,
-        noise=0.025,
-        shutter=0.07,
-        metric=True,
-        name="frame-{:06d}",
-    )
-    return plan(rng, paths, frames, _pinhole(585 / 640), habits)
+    habits = Habits(lingers=1, blurs=2, strength=0.03, drift=0.1, noise=0.025, shutter=0.07)
+    return plan(rng, paths, frames, _lens("PINHOLE", 585 / 640), habits, name="frame-{:06d}")
 
 
 def _scannet(rng, frames: int) -> Shot:
     """A person who scans a room with a tablet, one lap and more around its middle."""
     path = trajectories.ring_walk(rng, 1.75, 1.5, 1.45, rng.uniform(1.2, 1.7), gaze=(0.1, 1.0))
     habits = Habits(
-        lingers=3,
-        blurs=5,
-        strength=0.05,
-        drift=0.15,
-        noise=0.015,
-        shutter=0.08,
-        metric=True,
-        name="{}",
-        lost=3,
+        lingers=3, blurs=5, strength=0.05, drift=0.15, noise=0.015, shutter=0.08, lost=3
     )
-    return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 0.92)), habits)
+    return plan(rng, [path], frames, _lens("PINHOLE", rng.uniform(0.85, 0.92)), habits, name="{}")
 
 
 def _co3d_scene(rng) -> Scene:
@@ -187,18 +146,20 @@ def _co3d(rng, frames: int) -> Shot:
     look = (0, 0, TABLE + 0.22)
     path = trajectories.orbit(rng, rng.uniform(0.9, 1.1), 1.15, heights, look, jitter=0.012)
     habits = Habits(lingers=3, blurs=4, strength=0.05, drift=0.15, noise=0.008, lost=1)
-    return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 1.0)), habits)
+    return plan(rng, [path], frames, _lens("PINHOLE", rng.uniform(0.85, 1.0)), habits)
 
 
+# Families film as their dataset does: rooms from within the ring between table and walls, outdoor
+# scenes from a walk.
 FAMILY: dict[str, Setting] = {
     "dl3dv": Setting(_dl3dv_scene, _dl3dv, 0.35, 0.7),
     "tanks_and_temples": Setting(_tanks_scene, _tanks, 0.5, 1.0),
     "mipnerf360": Setting(_mipnerf_scene, _mipnerf, 0.35, 0.6),
-    "scannet_iphone": Setting(lambda rng: room(rng, 6.5, 5.6, 3), _iphone, 0.3, 0.6),
-    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6),
-    "seven_scenes": Setting(lambda rng: room(rng, 5.0, 4.4, 1), _seven, 0.22, 0.5),
-    "scannet": Setting(lambda rng: living_room(rng, 6.4, 6.2), _scannet, 0.3, 0.6, 0.25),
+    "scannet_iphone": Setting(lambda rng: room(rng, 6.5, 5.6, 3), _iphone, 0.3, 0.6, metric=True),
+    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6, metric=True),
+    "seven_scenes": Setting(lambda rng: room(rng, 5.0, 4.4, 1), _seven, 0.22, 0.5, metric=True),
+    "scannet": Setting(
+        lambda rng: living_room(rng, 6.4, 6.2), _scannet, 0.3, 0.6, 0.25, metric=True
+    ),
     "co3d": Setting(_co3d_scene, _co3d, 0.25, 0.4, 0.95),
 }
-"""Families that film as their dataset does: rooms from within the ring between table and walls,
-outdoor scenes from a walk."""

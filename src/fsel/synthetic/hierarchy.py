@@ -28,24 +28,14 @@ X, Y, Z, DX, DY, DZ, OX, OY, OZ, REACH, ENTRY, MET = range(0, 12 * LANES, LANES)
 
 
 class Hierarchy(NamedTuple):
-    """Boxes around boxes around triangles.
+    """Boxes around boxes around triangles."""
 
-    Attributes:
-        low: (n, 3) float32 least corners of the boxes; the first one holds all.
-        high: (n, 3) float32 greatest corners.
-        first: (n,) int32 the first of a box's two boxes, which follow each other, or of its
-            triangles.
-        held: (n,) int32 number of its triangles, 0 where it holds boxes.
-        corners: (t, 9) float32 a corner of each triangle and the two edges from it.
-        numbers: (t,) int32 the triangles' numbers.
-    """
-
-    low: np.ndarray
-    high: np.ndarray
-    first: np.ndarray
-    held: np.ndarray
-    corners: np.ndarray
-    numbers: np.ndarray
+    low: np.ndarray  # (n, 3) float32 least corners of the boxes; the first one holds all
+    high: np.ndarray  # (n, 3) float32 greatest corners
+    first: np.ndarray  # (n,) int32 the first of a box's two boxes in a row, or of its triangles
+    held: np.ndarray  # (n,) int32 number of its triangles, 0 where it holds boxes
+    corners: np.ndarray  # (t, 9) float32 a corner of each triangle and the two edges from it
+    numbers: np.ndarray  # (t,) int32 the triangles' numbers
 
 
 def build(triangles: np.ndarray) -> Hierarchy:
@@ -59,16 +49,10 @@ def build(triangles: np.ndarray) -> Hierarchy:
 
 
 def first_hit(tree: Hierarchy, origins, rays) -> tuple[np.ndarray, np.ndarray]:
-    """Find what rays meet first.
+    """Find the triangles that (n, 3) float32 rays meet first, and the distances in ray lengths.
 
-    Args:
-        tree: of `build`.
-        origins: (n, 3) float32.
-        rays: (n, 3) float32 directions.
-
-    Returns:
-        (n,) int32 numbers of triangles, -1 for none, and (n,) float32 distances in lengths of the
-        directions, infinite for none. Of two triangles at one distance the smaller number is met.
+    Those are (n,) int32, -1 for none, and (n,) float32, infinite for none. Of two triangles at one
+    distance the smaller number is met.
     """
     reach = np.full(len(rays), np.inf, np.float32)
     return _trace(*tree, origins, rays, reach, False), reach

@@ -19,15 +19,10 @@ SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 @dataclass(frozen=True)
 class Mesh:
-    """A closed surface.
+    """A closed surface."""
 
-    Attributes:
-        vertices: (v, 3) float64, metres.
-        faces: (f, 3) int64 rows of `vertices`, counter-clockwise as seen from outside.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
+    vertices: np.ndarray  # (v, 3) float64, metres
+    faces: np.ndarray  # (f, 3) int64 rows of `vertices`, counter-clockwise as seen from outside
 
     @property
     def triangles(self) -> np.ndarray:
@@ -64,12 +59,7 @@ def gable(size) -> Mesh:
 
 
 def lathe(profile, sections: int) -> Mesh:
-    """Make a solid turned about the z axis.
-
-    Args:
-        profile: (p, 2) radius and height from the bottom to the top, both ends on the axis.
-        sections: of a full turn.
-    """
+    """Turn a (p, 2) profile of radius and height, from axis to axis, about the z axis."""
     radius, height = np.asarray(profile, float).T
     angle = np.linspace(0, 2 * np.pi, sections, endpoint=False)[:, None]
     rings = [radius * np.cos(angle), radius * np.sin(angle), np.tile(height, (sections, 1))]
@@ -93,7 +83,12 @@ def sphere(subdivisions: int) -> Mesh:
     a, b = np.array([1, GOLDEN]) / np.hypot(1, GOLDEN)
     first = [(i * a, j * b, 0.0) for i in (-1, 1) for j in (-1, 1)]
     vertices = np.array([np.roll(corner, turn) for turn in range(3) for corner in first])
-    faces = _hull_of_icosahedron(vertices)
+    # its faces: three corners an edge apart each, outwards
+    apart = np.linalg.norm(vertices[:, None] - vertices, axis=2)
+    near = np.isclose(apart, apart[apart > 0].min())
+    threes = np.argwhere(near[:, :, None] & near[:, None] & near[None])
+    outwards = np.linalg.det(vertices[threes]) > 0
+    faces = threes[outwards & (threes[:, 0] < threes[:, 1:].min(axis=1))]
     for _ in range(subdivisions):
         vertices, faces = _quartered(vertices, faces)
     return Mesh(vertices, faces)
@@ -102,18 +97,6 @@ def sphere(subdivisions: int) -> Mesh:
 def _halved(sides) -> np.ndarray:
     """Two triangles for each side of four corners."""
     return np.array([three for a, b, c, d in sides for three in ((a, b, c), (a, c, d))])
-
-
-def _hull_of_icosahedron(vertices: np.ndarray) -> np.ndarray:
-    """(20, 3) its faces: three corners an edge apart each, outwards."""
-    apart = np.linalg.norm(vertices[:, None] - vertices, axis=2)
-    near = np.isclose(apart, apart[apart > 0].min())
-    faces = []
-    for i, j, k in np.argwhere(near[:, :, None] & near[:, None] & near[None]):
-        outwards = np.linalg.det(vertices[[i, j, k]]) > 0
-        if outwards and i < min(j, k):
-            faces.append((i, j, k))
-    return np.array(faces)
 
 
 def _quartered(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.synthetic import solids
+from fsel.synthetic import meshes, solids
 from fsel.synthetic import textures as tx
 from fsel.synthetic.solids import Scene
 
@@ -50,7 +50,8 @@ def _house(scene: Scene, at, turn: float) -> None:
     scene.box((depth, width, height), base, wall, turn)
     tiles = scene.material(tx.BRICK, 0.5, scene.pick((solids.TERRACOTTA, solids.SLATE)))
     pitch = rng.uniform(0.9, 1.6)
-    scene.roof((depth * 1.2, width * 1.1, pitch), base + [0, 0, height], tiles, turn)
+    roof = meshes.gable((depth * 1.2, width * 1.1, pitch))
+    scene.add(roof, tiles, base + [0, 0, height], turn)
     front = -np.array([np.cos(turn), np.sin(turn), 0]) * depth / 2
     side = np.array([-np.sin(turn), np.cos(turn), 0])
     glass = scene.material(tx.NOISE, 0.5, solids.GLASS, gloss=0.5)

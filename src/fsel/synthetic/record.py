@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
-from functools import cache
 
 import cv2
 import numpy as np
@@ -22,7 +20,8 @@ ATTEMPTS = 40
 PATHS = 3  # tried in each scene
 COARSE = (32, 24)  # pixels of the images in which the subject is looked for
 FILLED = 0.04  # of them, in a frame that sees the subject
-SPHERE = 400  # directions in which a camera's clearance is measured, 10 degrees apart
+# (400, 3) unit directions in which a camera's clearance is measured, 10 degrees apart
+AROUND = Rotation.random(400, rng=np.random.default_rng(0)).as_matrix()[:, 0]
 POINTS = 1500  # that a structure-from-motion run would leave, at most
 NOISE = 0.3  # pixels
 WORST = 0.9  # pixels beyond which an observation would have been filtered
@@ -30,15 +29,6 @@ MIN_TRACK = 3
 DETECTION = 0.8  # chance that a visible point is found in a frame
 TEXTURE = 8  # least absolute Laplacian, grey levels, where a point is detected
 SURFACE = 0.02  # relative depth within which a projection lies on the visible surface
-
-
-@dataclass(frozen=True)
-class _World:
-    """Similarity from the scene's metres to the capture's own frame."""
-
-    rotation: np.ndarray
-    translation: np.ndarray
-    scale: float
 
 
 def record(
@@ -66,19 +56,20 @@ def record(
     if caster.scene.objects:
         objects = exact_objects(caster, poses, rays).reshape(depth.shape)
     images = film(caster, shot, rays, depth, camera, rng)
-    xyz, rgb, tracks = sparse_points(poses, depth, images, camera, rays, rng)
-    world = _world(shot, rng)
+    xyz, rgb, (point, frame, xy) = sparse_points(poses, depth, images, camera, rays, rng)
+    turn, move, scale = _world(FAMILY[family].metric, rng)
+    rotation = poses[:, :, :3] @ turn.T
     return Recording(
         names=shot.names,
-        world_to_camera=_moved(poses, world),
+        world_to_camera=pose_matrices(rotation, scale * poses[:, :, 3] - rotation @ move),
         camera=camera,
         images=images,
-        depth=(depth * world.scale).astype(np.float32),
-        xyz=world.scale * xyz @ world.rotation.T + world.translation,
+        depth=(depth * scale).astype(np.float32),
+        xyz=scale * xyz @ turn.T + move,
         rgb=rgb,
-        track_point=tracks[0],
-        track_frame=tracks[1],
-        track_xy=tracks[2],
+        track_point=point,
+        track_frame=frame,
+        track_xy=xy,
         sequences=shot.sequences,
         bad=shot.bad,
         lost=shot.lost,
@@ -86,11 +77,15 @@ def record(
     )
 
 
-def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.random.Generator]:
-    """A scene, a path whose every camera keeps clear of it and sees some depth, and the chance.
+def _world(metric: bool, rng) -> tuple[np.ndarray, np.ndarray, float]:
+    """Rotation, translation and scale from the scene to the capture's upright or random world."""
+    if metric:
+        return np.eye(3), rng.normal(0, 2, 3), 1.0
+    return Rotation.random(rng=rng).as_matrix(), rng.normal(0, 3, 3), rng.uniform(0.3, 3)
 
-    Raises: as `record`.
-    """
+
+def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.random.Generator]:
+    """Return a filming whose every camera keeps clear of the scene, its caster, and the chance."""
     if family not in FAMILY:
         raise ValueError(f"family is {family!r}; allowed: {', '.join(FAMILY)}")
     if frames < 12:
@@ -110,44 +105,15 @@ def _clear(caster: Caster, shot: Shot, setting: Setting) -> bool:
     """Check that every camera keeps clear of the scene, sees some depth and, often, the subject."""
     poses = shot.poses(np.zeros(len(shot.names)))
     centers = camera_centers(poses)
-    return bool(
-        caster.clearance(centers, _around()).min() >= setting.clearance
-        and _ahead(caster, centers, poses[:, 2, :3]) >= setting.view
-        and _seeing(caster, shot, poses) >= setting.seeing
-    )
-
-
-@cache
-def _around() -> np.ndarray:
-    """(SPHERE, 3) unit directions."""
-    return Rotation.random(SPHERE, rng=np.random.default_rng(0)).as_matrix()[:, 0]
-
-
-def _ahead(caster: Caster, centers: np.ndarray, axes: np.ndarray) -> float:
-    """Least distance straight ahead over all frames."""
-    which, distance = caster.hit(centers.astype(np.float32), axes.astype(np.float32))
-    return float(np.where(which < 0, np.inf, distance).min())
-
-
-def _seeing(caster: Caster, shot: Shot, poses: np.ndarray) -> float:
-    """Share of the frames in which the scene's subject fills `FILLED` of the image."""
+    if caster.clearance(centers, AROUND).min() < setting.clearance:
+        return False
+    which, ahead = caster.hit(centers.astype(np.float32), poses[:, 2, :3].astype(np.float32))
+    if np.where(which < 0, np.inf, ahead).min() < setting.view:
+        return False
     if SUBJECT not in caster.scene.objects:
-        return 1.0
+        return True
     shown = exact_objects(caster, poses, unproject(shot.camera(*COARSE))) == SUBJECT
-    return float((shown.mean(axis=1) >= FILLED).mean())
-
-
-def _world(shot: Shot, rng: np.random.Generator) -> _World:
-    """Metric and upright, or the arbitrary frame of a structure-from-motion model."""
-    if shot.habits.metric:
-        return _World(np.eye(3), rng.normal(0, 2, 3), 1.0)
-    return _World(Rotation.random(rng=rng).as_matrix(), rng.normal(0, 3, 3), rng.uniform(0.3, 3))
-
-
-def _moved(poses: np.ndarray, world: _World) -> np.ndarray:
-    rotation = poses[:, :, :3] @ world.rotation.T
-    translation = world.scale * poses[:, :, 3] - rotation @ world.translation
-    return pose_matrices(rotation, translation)
+    return bool((shown.mean(axis=1) >= FILLED).mean() >= setting.seeing)
 
 
 def sparse_points(poses, depth, images, camera: Camera, rays, rng):
@@ -176,7 +142,7 @@ def sparse_points(poses, depth, images, camera: Camera, rays, rng):
 
 
 def _observations(xyz, poses, depth, camera: Camera, rng):
-    """Every detected, unoccluded projection of the points."""
+    """Rows, frames and pixels of every detected, unoccluded projection of the points."""
     seen = []
     for i, pose in enumerate(poses):
         local = xyz @ pose[:, :3].T + pose[:, 3]
@@ -191,5 +157,4 @@ def _observations(xyz, poses, depth, camera: Camera, rng):
         noise = rng.normal(0, NOISE, (len(rows), 2))
         noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True) / WORST, 1)
         seen.append((rows, np.full(len(rows), i), xy[rows] + noise))
-    point, frame, xy = (np.concatenate(part) for part in zip(*seen, strict=True))
-    return point, frame, xy
+    return [np.concatenate(part) for part in zip(*seen, strict=True)]

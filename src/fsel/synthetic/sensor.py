@@ -18,16 +18,7 @@ SKY = 1e4  # metres
 
 
 def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.ndarray:
-    """Return (N, h, w, 3) uint8 images of a shot.
-
-    Args:
-        caster: of the scene.
-        shot: N poses over their exposures.
-        rays: (h * w, 3) camera rays with z = 1.
-        depth: (N, h, w) metres, 0 for sky.
-        camera: of all frames.
-        rng: the only source of chance.
-    """
+    """Return (N, h, w, 3) uint8 images of a shot, by (h * w, 3) rays and (N, h, w) depth."""
     frames = len(shot.names)
     grid = rays.reshape(camera.height, camera.width, 3)
     down, across = (part.reshape(-1, 3) for part in np.gradient(grid, axis=(0, 1)))
@@ -43,19 +34,20 @@ def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.nda
             origins, world = to_world(poses[i], rays + shift[0] * across + shift[1] * down)
             linear[i] += caster.colors(origins, world)
     linear /= counts[:, None, None]
-    return _develop(linear.reshape(*depth.shape, 3), shot, rng)
+    images = np.empty((*depth.shape, 3), np.uint8)
+    x, y = np.linspace(-1, 1, camera.width), np.linspace(-1, 1, camera.height)[:, None]
+    vignette = (1 - VIGNETTE * (x**2 + y**2) / 2)[..., None].astype(np.float32)
+    for i, light in enumerate(linear.reshape(images.shape)):
+        value = np.clip(light * vignette * shot.exposure[i], 0, 1) ** GAMMA
+        value = value + rng.normal(0, shot.habits.noise, value.shape).astype(np.float32)
+        images[i] = np.clip(np.rint(value * 255), 0, 255).astype(np.uint8)
+    return images
 
 
 def motion(begin, middle, end, depth, camera: Camera, rays) -> np.ndarray:
     """Return (N,) pixels that the image moves in an exposure: 95th percentile over a frame.
 
-    Args:
-        begin: (N, 3, 4) world-to-camera when the shutter opens.
-        middle: (N, 3, 4), when `depth` holds.
-        end: (N, 3, 4), when it closes.
-        depth: (N, h, w), 0 for sky.
-        camera: of all frames.
-        rays: (h * w, 3) camera rays with z = 1.
+    The (N, 3, 4) poses are world-to-camera; (N, h, w) `depth`, 0 for sky, holds at the middle one.
     """
     moved = np.empty(len(depth))
     some = slice(GRID // 2, None, GRID)
@@ -65,19 +57,6 @@ def motion(begin, middle, end, depth, camera: Camera, rays) -> np.ndarray:
         first, last = (project(camera, xyz @ p[:, :3].T + p[:, 3]) for p in (begin[i], end[i]))
         moved[i] = np.percentile(np.linalg.norm(last - first, axis=1), 95)
     return moved
-
-
-def _develop(linear: np.ndarray, shot: Shot, rng) -> np.ndarray:
-    """(N, h, w, 3) uint8 of linear light, by vignette, exposure, gamma and noise."""
-    images = np.empty(linear.shape, np.uint8)
-    _, height, width, _ = linear.shape
-    x, y = np.linspace(-1, 1, width), np.linspace(-1, 1, height)[:, None]
-    vignette = (1 - VIGNETTE * (x**2 + y**2) / 2)[..., None].astype(np.float32)
-    for i, light in enumerate(linear):
-        value = np.clip(light * vignette * shot.exposure[i], 0, 1) ** GAMMA
-        value = value + rng.normal(0, shot.habits.noise, value.shape).astype(np.float32)
-        images[i] = np.clip(np.rint(value * 255), 0, 255).astype(np.uint8)
-    return images
 
 
 def exact_depth(caster: Caster, poses: np.ndarray, rays: np.ndarray) -> np.ndarray:

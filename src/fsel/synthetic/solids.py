@@ -33,23 +33,15 @@ Tint = tuple[float, float, float]
 
 @dataclass
 class Scene:
-    """A growing list of solids; `finish` makes the arrays that the ray caster wants.
+    """A growing list of solids; `finish` makes the arrays that the ray caster wants."""
 
-    Attributes:
-        rng: the only source of chance.
-        light: (3,) unit direction towards the sun outdoors; the lamp's place in a room, metres.
-        ambient: light that reaches every surface.
-        outdoor: whether rays that hit nothing see a sky.
-        objects: number of an object -> its meshes; 1 is what a capture is about, if anything.
-    """
-
-    rng: np.random.Generator
-    light: np.ndarray
-    ambient: float
-    outdoor: bool
+    rng: np.random.Generator  # the only source of chance
+    light: np.ndarray  # (3,) unit direction towards the sun outdoors; a lamp's place in a room, m
+    ambient: float  # light that reaches every surface
+    outdoor: bool  # whether rays that hit nothing see a sky
     meshes: list[Mesh] = field(default_factory=list)
     materials: list[np.ndarray] = field(default_factory=list)
-    owner: list[int] = field(default_factory=list)
+    # number of an object -> its meshes; 1 is what a capture is about, if anything
     objects: dict[int, range] = field(default_factory=dict)
 
     @contextmanager
@@ -62,17 +54,12 @@ class Scene:
     def add(self, mesh: Mesh, material: np.ndarray, at=(0, 0, 0), turn: float = 0.0):
         """Add a solid, turned about its own vertical axis and then moved."""
         self.meshes.append(mesh.placed(at, turn))
-        self.owner.append(len(self.materials))
         self.materials.append(material)
 
     def box(self, size, at, material, turn=0.0):
         """Add a box standing on `at` (its bottom's centre)."""
         at = np.asarray(at, float) + [0, 0, size[2] / 2]
         self.add(meshes.box(size), material, at, turn)
-
-    def roof(self, size, at, material, turn=0.0):
-        """Add a gable over a (depth, width, height) base, its ridge along the width."""
-        self.add(meshes.gable(size), material, at, turn)
 
     def cylinder(self, radius, height, at, material):
         """Add a cylinder standing on `at`."""
@@ -117,8 +104,8 @@ class Scene:
     def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles (n, 3, 3) float32, their material (n,) int32, the material table."""
         triangles = np.concatenate([m.triangles for m in self.meshes]).astype(np.float32)
-        counts = [len(m.faces) for m in self.meshes]
-        return triangles, np.repeat(self.owner, counts).astype(np.int32), np.array(self.materials)
+        owner = np.repeat(np.arange(len(self.meshes)), [len(m.faces) for m in self.meshes])
+        return triangles, owner.astype(np.int32), np.array(self.materials)
 
 
 def hsv(hue: float, saturation: float, value: float) -> np.ndarray:

@@ -203,16 +203,8 @@ def _albedo(point, normal, row, out):
 def shade(points, normals, rays, kinds, towards, lit, table, ambient, out):
     """Colour of every hit: solid texture, Lambert, sky light from above, and a little gloss.
 
-    Args:
-        points: (n, 3) float32 hits in the scene's own frame (z up, metres).
-        normals: (n, 3) float32 unit, towards the camera.
-        rays: (n, 3) float32 unit directions of travel.
-        kinds: (n,) int32 rows of `table`.
-        towards: (n, 3) float32 unit directions to the light.
-        lit: (n,) bool, whether the light reaches the hit.
-        table: (m, 13) float32 materials.
-        ambient: light from everywhere, 0..1.
-        out: (n, 3) float32 to fill, 0..1.
+    All but `ambient` are float32 arrays of n hits: `normals` are towards the camera, `rays` the
+    directions of travel, `kinds` rows of the (m, 13) `table`; `out` is filled.
     """
     for i in range(len(points)):
         row = table[kinds[i]]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fsel.synthetic import meshes, solids
@@ -16,13 +18,7 @@ BLACK = (0.6, 0.1, 0.12)
 
 
 class Bench:
-    """Parts of one object, given in its own frame: x to its right, y to its back.
-
-    Args:
-        scene: that the parts are added to.
-        at: (3,) where the object stands.
-        turn: of the object about its vertical axis.
-    """
+    """Parts of one object of a scene, given in its own frame: x to its right, y to its back."""
 
     def __init__(self, scene: Scene, at, turn: float) -> None:
         self.scene, self.turn = scene, turn
@@ -43,9 +39,8 @@ class Bench:
 
     def wheel(self, radius: float, width: float, where, material) -> None:
         """Add a cylinder whose axis is the object's x, centred on `where`."""
-        self.scene.add(
-            meshes.cylinder(radius, width).lying(), material, self.place(*where), self.turn
-        )
+        lying = meshes.cylinder(radius, width).lying()
+        self.scene.add(lying, material, self.place(*where), self.turn)
 
 
 def teddy(scene: Scene, at, turn: float) -> None:
@@ -155,8 +150,8 @@ def satchel(scene: Scene, at, turn: float) -> None:
     bench.box((0.185, 0.03, 0.025), (0, 0, 0.45), strap)
 
 
+# what stands on a table, and what stands on a floor
 SMALL = (teddy, truck, bouquet, houseplant, satchel)
-"""What stands on a table."""
 
 
 def sofa(scene: Scene, at, turn: float, width: float) -> None:
@@ -198,15 +193,4 @@ def dresser(scene: Scene, at, turn: float) -> None:
             bench.box((0.06, 0.06, 0.06), (x, y, 0), body)
 
 
-def armchair(scene: Scene, at, turn: float) -> None:
-    """Add a sofa for one."""
-    sofa(scene, at, turn, 0.92)
-
-
-def settee(scene: Scene, at, turn: float) -> None:
-    """Add a sofa for two."""
-    sofa(scene, at, turn, 1.35)
-
-
-LARGE = (armchair, settee, dresser)
-"""What stands on a floor."""
+LARGE = (partial(sofa, width=0.92), partial(sofa, width=1.35), dresser)

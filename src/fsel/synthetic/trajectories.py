@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fsel.captures.colmap.camera import Camera
 
-Curve = Callable[[np.ndarray], np.ndarray]
-"""(N,) parameters in 0..1 -> a value at each."""
+Curve = Callable[[np.ndarray], np.ndarray]  # (N,) parameters in 0..1 -> a value at each
 
 SHAKEN = 0.6  # share of a burst's strength above which an owner would discard the frame
 HURRY = 0.6  # natural logarithm of the most that a walk quickens or slows
@@ -20,22 +19,16 @@ HURRY = 0.6  # natural logarithm of the most that a walk quickens or slows
 
 @dataclass(frozen=True)
 class Path:
-    """A camera path over a parameter in 0..1.
+    """A camera path over a parameter in 0..1."""
 
-    Attributes:
-        position: of (3,) camera centres, metres, z up.
-        look: of (3,) points looked at.
-        roll: of the roll, radians.
-    """
-
-    position: Curve
-    look: Curve
-    roll: Curve
+    position: Curve  # of (3,) camera centres, metres, z up
+    look: Curve  # of (3,) points looked at
+    roll: Curve  # radians
 
     def poses(self, s: np.ndarray, shake: np.ndarray) -> np.ndarray:
         """(N, 3, 4) world-to-camera poses at parameters s, turned by (N, 3) small rotations."""
-        center, target = self.position(s), self.look(s)
-        forward = _unit(target - center)
+        center = self.position(s)
+        forward = _unit(self.look(s) - center)
         right = _unit(np.cross(forward, [0.0, 0.0, 1.0]))
         down = np.cross(forward, right)
         rotation = np.stack([right, down, forward], axis=1)
@@ -54,11 +47,8 @@ def spline_path(rng, positions: np.ndarray, looks: np.ndarray, jitter: float) ->
     fine = np.linspace(0, 1, 6 * len(positions))
     wobble = rng.normal(0, jitter, (len(fine), 3))
     position = CubicSpline(fine, CubicSpline(knots, positions)(fine) + wobble)
-    return Path(
-        position=position,
-        look=CubicSpline(knots, looks),
-        roll=CubicSpline(fine, rng.normal(0, 0.015, len(fine))),
-    )
+    roll = CubicSpline(fine, rng.normal(0, 0.015, len(fine)))
+    return Path(position, CubicSpline(knots, looks), roll)
 
 
 def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01) -> Path:
@@ -77,10 +67,7 @@ def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01)
 def ring_walk(
     rng, half_width: float, half_depth: float, height: float, loops: float, gaze=(0.6, 1.3)
 ) -> Path:
-    """Make a walk around a room's middle, looking across it, now at walls, now at the table.
-
-    The heights that are looked at lie within `gaze`, metres.
-    """
+    """Make a walk around a room's middle, looking across it at heights within `gaze`, metres."""
     turns = int(9 * loops) + 3
     start = rng.uniform(0, 2 * np.pi)
     angle = start + rng.choice([-1, 1]) * np.linspace(0, 2 * np.pi * loops, turns)
@@ -120,10 +107,7 @@ def pauses(rng, frames: int, count: int) -> np.ndarray:
 
 
 def timing(rng, still: np.ndarray) -> np.ndarray:
-    """Return (N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,).
-
-    The walk quickens or slows by a factor of at most exp(HURRY).
-    """
+    """Return (N,) ascending parameters in 0..1 with changing speed, hardly moving where still."""
     frames = len(still)
     knots = np.linspace(0, 1, 9)
     pace = CubicSpline(knots, rng.normal(0, 0.45, 9))(np.linspace(0, 1, frames))
@@ -134,10 +118,9 @@ def timing(rng, still: np.ndarray) -> np.ndarray:
 
 
 def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
-    """Return (N, 3) angular velocity of hand shake during the exposure, radians an exposure.
+    """Return (N, 3) angular velocities of hand shake, radians an exposure.
 
-    Mild everywhere; `count` runs of a few frames, none of them still (N,), are shaken `strength`
-    radians.
+    It is mild but for `count` runs of a few frames, none of them still, of about `strength`.
     """
     shake = rng.normal(0, 0.0015, (len(still), 3))
     free = np.flatnonzero(~still)
@@ -151,57 +134,33 @@ def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Habits:
-    """Habits of a family: how its cameras are held and what their sensors do.
+    """How a family's cameras are held, and what their sensors do."""
 
-    Attributes:
-        lingers: runs a pass in which the camera hardly moves.
-        blurs: bursts of shake a pass.
-        strength: of a burst, radians an exposure.
-        shutter: share of the time between kept frames for which the shutter is open; small, as
-            a capture keeps few of a video's frames and a still camera exposes for moments.
-        drift: of the exposure over the capture, natural logarithm.
-        noise: standard deviation of the sensor noise, 0..1.
-        metric: whether the capture's world is metric and upright.
-        name: format of the frame names.
-        lost: frames whose pose the tracker lost.
-        flag_blur: whether the owner marks shaken frames as bad.
-    """
-
-    lingers: int
-    blurs: int
-    strength: float
-    drift: float
-    noise: float
+    lingers: int  # runs a pass in which the camera hardly moves
+    blurs: int  # bursts of shake a pass
+    strength: float  # of a burst, radians an exposure
+    drift: float  # of the exposure over the capture, natural logarithm
+    noise: float  # standard deviation of the sensor noise, 0..1
+    # share of the time between kept frames for which the shutter is open; small, as a capture keeps
+    # few of a video's frames and a still camera exposes for moments
     shutter: float = 0.1
-    metric: bool = False
-    name: str = "frame_{:05d}"
-    lost: int = 0
-    flag_blur: bool = False
+    lost: int = 0  # frames whose pose the tracker lost
+    flag_blur: bool = False  # whether the owner marks shaken frames as bad
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One filming: passes over paths, and the sensor's behaviour.
-
-    Attributes:
-        names: N frame names.
-        sequences: N pass labels.
-        passes: (path, parameters, angular velocities) of each pass, in order.
-        camera: (width, height) -> the camera.
-        habits: of the family.
-        exposure: (N,) gain.
-        bad: (N,) bool.
-        lost: (N,) bool.
-    """
+    """One filming of N frames: passes over paths, and the sensor's behaviour."""
 
     names: tuple[str, ...]
-    sequences: tuple[str, ...]
+    sequences: tuple[str, ...]  # N pass labels
+    # path, parameters and angular velocities of each pass, in order
     passes: tuple[tuple[Path, np.ndarray, np.ndarray], ...]
-    camera: Callable[[int, int], Camera]
+    camera: Callable[[int, int], Camera]  # of a width and height
     habits: Habits
-    exposure: np.ndarray
-    bad: np.ndarray
-    lost: np.ndarray
+    exposure: np.ndarray  # (N,) gain
+    bad: np.ndarray  # (N,) bool
+    lost: np.ndarray  # (N,) bool
 
     def poses(self, moment: np.ndarray) -> np.ndarray:
         """Return (N, 3, 4) world-to-camera at (N,) moments of the exposure, -0.5 to 0.5."""
@@ -220,38 +179,27 @@ def plan(
     frames: int,
     camera: Callable[[int, int], Camera],
     habits: Habits,
+    name: str = "frame_{:05d}",
 ) -> Shot:
-    """Share the frames among the paths and draw pauses, shake, exposure and losses."""
+    """Share the frames among the paths and draw pauses, shake, exposure and losses.
+
+    Several passes have folders, in which the `name` of frames counts from nought.
+    """
     counts = [len(part) for part in np.array_split(np.arange(frames), len(paths))]
-    passes = tuple((path, *_pass(rng, n, habits)) for path, n in zip(paths, counts, strict=True))
-    names, sequences = _labels(counts, habits.name)
+    passes = []
+    for path, n in zip(paths, counts, strict=True):
+        still = pauses(rng, n, min(habits.lingers, n // 6))
+        s = timing(rng, still)
+        passes.append((path, s, bursts(rng, still, min(habits.blurs, n // 8), habits.strength)))
+    labels = [(f"seq-{k:02d}", i) for k, n in enumerate(counts, 1) for i in range(n)]
+    names = [f"{label}/{name.format(i)}" for label, i in labels]
+    sequences = [label for label, _ in labels]
+    if len(paths) == 1:
+        names, sequences = [name.format(i + 1) for i in range(frames)], ["capture"] * frames
     shaken = np.linalg.norm(np.concatenate([shake for _, _, shake in passes]), axis=1)
     lost = np.zeros(frames, dtype=bool)
     lost[rng.choice(frames, size=habits.lost, replace=False)] = True
     wave = np.cumsum(rng.normal(0, 1, frames)) / np.sqrt(frames)
-    return Shot(
-        names=names,
-        sequences=sequences,
-        passes=passes,
-        camera=camera,
-        habits=habits,
-        exposure=np.exp(habits.drift * (wave - wave.mean())),
-        bad=(shaken > SHAKEN * habits.strength) & habits.flag_blur,
-        lost=lost,
-    )
-
-
-def _pass(rng, frames: int, habits: Habits) -> tuple[np.ndarray, np.ndarray]:
-    """Path parameters and shake of one pass: it is never shaken where it lingers."""
-    still = pauses(rng, frames, min(habits.lingers, frames // 6))
-    s = timing(rng, still)
-    return s, bursts(rng, still, min(habits.blurs, frames // 8), habits.strength)
-
-
-def _labels(counts: list[int], name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Frame names and pass labels; several passes have folders and count from nought."""
-    if len(counts) == 1:
-        return tuple(name.format(i + 1) for i in range(counts[0])), ("capture",) * counts[0]
-    labels = [(f"seq-{k:02d}", i) for k, n in enumerate(counts, start=1) for i in range(n)]
-    names = tuple(f"{label}/{name.format(i)}" for label, i in labels)
-    return names, tuple(label for label, _ in labels)
+    exposure = np.exp(habits.drift * (wave - wave.mean()))
+    bad = (shaken > SHAKEN * habits.strength) & habits.flag_blur
+    return Shot(tuple(names), tuple(sequences), tuple(passes), camera, habits, exposure, bad, lost)
