@@ -37,10 +37,10 @@ def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.nda
     images = np.empty((*depth.shape, 3), np.uint8)
     x, y = np.linspace(-1, 1, camera.width), np.linspace(-1, 1, camera.height)[:, None]
     vignette = (1 - VIGNETTE * (x**2 + y**2) / 2)[..., None].astype(np.float32)
-    for i, light in enumerate(linear.reshape(images.shape)):
-        value = np.clip(light * vignette * shot.exposure[i], 0, 1) ** GAMMA
+    for image, light, gain in zip(images, linear.reshape(images.shape), shot.exposure, strict=True):
+        value = np.clip(light * vignette * gain, 0, 1) ** GAMMA
         value = value + rng.normal(0, shot.habits.noise, value.shape).astype(np.float32)
-        images[i] = np.clip(np.rint(value * 255), 0, 255).astype(np.uint8)
+        image[:] = np.clip(np.rint(value * 255), 0, 255).astype(np.uint8)
     return images
 
 
