@@ -145,7 +145,7 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
     monkeypatch.setattr(
-        opening, "_find", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0
+        opening.placement, "place", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0
     )
     image_files.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])

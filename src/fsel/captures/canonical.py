@@ -17,7 +17,7 @@ import numpy as np
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, Lenses, common_frame
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts.contract import Layout, RawCapture
+from fsel.captures.layouts.contract import RawCapture
 from fsel.core.capture import Capture
 from fsel.core.files import atomic, mapped_array
 from fsel.core.geometry import check_poses, rigid
@@ -31,8 +31,7 @@ log = logging.getLogger(__name__)
 
 def ingest(
     raw: RawCapture,
-    layout: Layout,
-    folder: Path,
+    source: str,
     long_side: int,
     *,
     lazy: bool = False,
@@ -41,9 +40,8 @@ def ingest(
     """Return a raw capture with every image opened, undistorted and resized, one by one.
 
     Args:
-        raw: what the layout's reader found.
-        layout: the reader.
-        folder: the capture.
+        raw: what a layout's reader found.
+        source: what was read, in words.
         long_side: pixels of the longer side; smaller images keep their size.
         lazy: open images only when they are asked for, each time anew, and leave masks and
             points out.
@@ -54,13 +52,15 @@ def ingest(
         ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
             message names the file.
     """
-    source, points, masks = f"{layout.name} at {folder}", None, None
-    raw = in_order(raw, source)
+    raw, points, masks = in_order(raw, source), None, None
+    frame = common_frame(raw.cameras, long_side)
+    if frame is not None:
+        log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
     if lazy:
-        frames, intrinsics = _unopened(raw, source, long_side)
+        frames, intrinsics = _unopened(raw, long_side, frame)
     else:
         points = raw.sparse()
-        frames, intrinsics, masks = _opened(raw, source, long_side, store)
+        frames, intrinsics, masks = _opened(raw, source, Lenses(long_side, frame), store)
     return Capture(
         names=tuple(raw.names),
         world_to_camera=raw.world_to_camera,
@@ -75,12 +75,7 @@ def ingest(
 
 
 def in_order(raw: RawCapture, source: str) -> RawCapture:
-    """Return the frames in natural order of their names, with poses that are rotations.
-
-    Raises:
-        ValueError: for no frames, two of one name, no poses, one that is no rotation, or an empty
-            camera.
-    """
+    """Return the frames in natural order of their names, checked, with poses that are rotations."""
     twice = sorted(name for name, count in Counter(raw.names).items() if count > 1)
     if twice:
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
@@ -121,10 +116,9 @@ def _possible(camera: Camera) -> bool:
 
 
 def _opened(
-    raw: RawCapture, source: str, long_side: int, store: Path | None
+    raw: RawCapture, source: str, lenses: Lenses, store: Path | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
-    lenses = Lenses(long_side, _frame(raw, source, long_side))
     count, started = len(raw.names), time.perf_counter()
     intrinsics, sizes = [], []
 
@@ -136,7 +130,7 @@ def _opened(
 
     def straight() -> Iterator[np.ndarray]:
         for i, file in enumerate(raw.images):
-            image = image_files.load_for(file, long_side)
+            image = image_files.load_for(file, lenses.long_side)
             lens = lens_for(file, i, image)
             intrinsics.append(lens.intrinsics)
             yield lens.straighten(image)
@@ -157,10 +151,7 @@ def _opened(
 
 
 def _stacked(items: Iterator[np.ndarray], count: int, path: Path | None) -> np.ndarray:
-    """Return `count` arrays of one shape and type as one: in memory, or a map of a .npy file.
-
-    On disk they are appended, so that memory holds one of them whatever their number.
-    """
+    """Return `count` arrays of one shape as one: in memory, or appended to a mapped .npy file."""
     if path is None:
         return np.stack(list(items))
     with atomic(path) as partial, partial.open("wb") as file:
@@ -174,17 +165,11 @@ def _stacked(items: Iterator[np.ndarray], count: int, path: Path | None) -> np.n
     return mapped_array(path)
 
 
-def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | None:
-    """Return the size that images of cameras of several shapes are cropped to."""
-    frame = common_frame(raw.cameras, long_side)
-    if frame is not None:
-        log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
-    return frame
-
-
-def _unopened(raw: RawCapture, source: str, long_side: int) -> tuple[np.ndarray, np.ndarray]:
+def _unopened(
+    raw: RawCapture, long_side: int, frame: tuple[int, int] | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return a lazy stack of images, and intrinsics at the size that the cameras state."""
-    frame, known = _frame(raw, source, long_side), {}
+    known = {}
     for camera in dict.fromkeys(raw.cameras):
         lens = Lens(camera, (camera.width, camera.height), long_side, frame)
         known[camera] = lens.intrinsics, lens.size
@@ -200,8 +185,7 @@ class LazyImages:
     """A capture's images, opened, undistorted and resized when indexed.
 
     Args:
-        files: N image files.
-        cameras: one a file.
+        files, cameras: N image files and a camera for each.
         size: (width, height) that every image is brought to.
         frame: the same where they are cropped to it, as their cameras have several shapes.
     """
@@ -235,7 +219,7 @@ class LazyImages:
 
     def _open(self, row: int) -> np.ndarray:
         file = self._files[row]
-        image = image_files.load_for(file, max(self._size))
+        image = image_files.load_for(file, self._lenses.long_side)
         lens = self._lenses.of(self._cameras[row], image, file)
         straight = lens.straighten(image)
         if lens.size == self._size:

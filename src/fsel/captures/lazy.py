@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,8 @@ import numpy as np
 from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap.undistortion import pinhole_of
 from fsel.captures.images.previews import Progress, in_silence, in_turn
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.layouts.contract import Layout, RawCapture
-from fsel.captures.poses.agreement import Agreement
+from fsel.captures.poses.agreement import NOT_MEASURED, Agreement
 from fsel.captures.read import read_raw, sample, validated
 from fsel.core.capture import Capture
 from fsel.core.limits import MAX_ERROR
@@ -25,12 +24,7 @@ LONG_SIDE = 128  # pixels of the images that descriptors are made from
 
 
 class NoImages:
-    """Images of a capture that has none: their shape is known, and no pixel.
-
-    Args:
-        count: frames.
-        size: (width, height) in pixels, as the cameras state it.
-    """
+    """Images of a capture that has none: their number and (width, height) alone are known."""
 
     dtype, ndim = np.dtype(np.uint8), 4
 
@@ -63,8 +57,8 @@ class LazyCapture:
     layout: str
     raw: RawCapture
     capture: Capture
-    agreement: Agreement
-    skipped: dict[str, str]
+    agreement: Agreement = NOT_MEASURED
+    skipped: dict[str, str] = field(default_factory=dict)
     found: dict | None = None
 
     @property
@@ -89,17 +83,11 @@ class LazyCapture:
         return {name: why for name, why in gone if name not in self.skipped}
 
     def loaded(self, frames: np.ndarray, progress: Progress = in_silence) -> Capture:
-        """A capture of some frames alone, with their images in memory and the points they see.
-
-        Args:
-            frames: (n,) distinct frames, in the order they shall have.
-            progress: wraps the loop over the images.
-        """
-        capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
-        files = [self.raw.images[i] for i in frames]
-        images = in_turn(lambda at: capture.images[frames[at]], files, progress)
-        known = points and points.without_pixels()
-        return replace(capture.subset(frames, np.stack(images)), points=known)
+        """A capture of (n,) distinct frames, with images in memory and the points that they see."""
+        raw = self.raw.subset(frames.tolist())
+        images = in_turn(lambda at: self.capture.images[frames[at]], raw.images, progress)
+        points, kept = raw.sparse(), self.capture.subset(frames, np.stack(images))
+        return replace(kept, points=points and points.without_pixels())
 
     def with_all_points(self) -> Capture:
         """Return the capture, its images unopened, with the points that its frames see."""
@@ -117,9 +105,7 @@ class LazyCapture:
 
 def open_images(opened: LazyCapture, frames: list[int], long_side: int) -> Capture:
     """Open some frames of a capture at another size, undistorted when indexed."""
-    known = LAYOUTS[opened.layout]
-    source = Path(opened.capture.source)
-    return ingest(opened.raw.subset(frames), known, source, long_side, lazy=True)
+    return ingest(opened.raw.subset(frames), opened.capture.source, long_side, lazy=True)
 
 
 def open_capture(
@@ -137,10 +123,6 @@ def open_capture(
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the longer side of images that are opened later.
         max_error, skip_unreadable: see `fsel.captures.read.validated`.
-
-    Raises:
-        FileNotFoundError: when the folder or its model is not there.
-        ValueError: for an unknown layout, or files that contradict themselves.
     """
     check_type("path", path, (str, Path), "a folder")
     folder = Path(path)
@@ -160,7 +142,7 @@ def opened(
     """Open what a layout's reader returned; other arguments and errors as of `open_capture`."""
     gone, source = raw.dropped, f"{known.name} at {folder}"
     raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
-    capture = replace(ingest(raw, known, folder, long_side, lazy=True), files=raw)
+    capture = replace(ingest(raw, source, long_side, lazy=True), files=raw)
     skipped = {name: why for name, why in raw.dropped.items() if name not in gone}
     return LazyCapture(known.name, raw, capture, agreement, skipped)
 
@@ -175,9 +157,5 @@ def posed(name: str, raw: RawCapture) -> LazyCapture:
     images: Any = NoImages(len(raw.names), size)
     poses, intrinsics = raw.world_to_camera, np.array(scales) * pinholes
     names, passes = tuple(raw.names), tuple(raw.sequences)
-    return unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
-
-
-def unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
-    """Return a capture whose files are not looked at again."""
-    return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})
+    capture = Capture(names, poses, intrinsics, images, passes, source=source)
+    return LazyCapture(name, raw, capture)

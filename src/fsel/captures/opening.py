@@ -48,9 +48,7 @@ class Opening:
         features: what COLMAP matches; None for SIFT.
         by: commands of the program that finds poses; empty for COLMAP.
         video_frames, rate: how a video is thinned: to so many frames, or frames a second.
-        layout: of the folder, or `auto`.
-        max_error: see `fsel.captures.read.validated`.
-        skip_unreadable: leave out frames whose image cannot be read.
+        layout, max_error, skip_unreadable: see `fsel.captures.read.read_folder`.
         wanted: the most frames that are to be picked; 0 where no number is stated.
     """
 
@@ -104,8 +102,12 @@ def warn_of(skipped: dict[str, str], reporter: Reporter) -> None:
     """Name the frames whose images cannot be read."""
     if skipped:
         named = [f"{name} ({why})" for name, why in skipped.items()]
-        more = f", and {len(named) - SHOWN} more" if len(named) > SHOWN else ""
-        reporter.warn(f"{counted(len(named), 'image')} skipped: {', '.join(named[:SHOWN])}{more}")
+        reporter.warn(f"{counted(len(named), 'image')} skipped: {_first(named)}")
+
+
+def _first(names: list[str]) -> str:
+    more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
 
 
 def needs_poses(opening: Opening) -> bool:
@@ -125,10 +127,6 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
     is matched, and a run that was cut off goes on where it was.
-
-    Raises:
-        ValueError: when the source holds too few images, or one that cannot be read, or fewer than
-            three can be placed.
     """
     by, kind = estimator(opening), opening.features or features.SIFT
     sources = _sources(opening, reporter)
@@ -145,13 +143,21 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
             work = Work(place / "matching", cores(), watch=reporter.bar, by=by, features=kind)
-            _find(sources, sampling, place, reporter, work)
+            try:
+                found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
+            except KeyboardInterrupt:
+                reporter.warn(KEPT)
+                raise
+            paths = [str(source.path) for source in sources]
+            asked = {"sources": paths, "settings": asdict(sampling)}
+            shutil.rmtree(place / "matching")
+            write_text(json.dumps(asked | found, indent=1), place / FOUND)  # last
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
     reporter.say(
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
     )
+    hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
     for note in notes(report):
-        hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
         reporter.warn(note + hint)
     return place, report
 
@@ -161,13 +167,10 @@ def notes(found: dict | None) -> list[str]:
     if not found:
         return []
     doubts = [said] if (said := doubt(found)) else []
-    if not found["not_placed"]:
-        return doubts
     missing, lost = found["not_placed"], found["lost"]
-    more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
-    said = f"{counted(len(missing), 'frame')} not placed: {', '.join(missing[:SHOWN])}{more}"
+    said = f"{counted(len(missing), 'frame')} not placed: {_first(missing)}"
     if not lost:
-        return [said, *doubts]
+        return [said, *doubts] if missing else doubts
     longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
     films = len({span["video"] for span in lost})
     times = ", ".join(
@@ -178,12 +181,7 @@ def notes(found: dict | None) -> list[str]:
 
 
 def estimator(opening: Opening) -> Estimator | None:
-    """The program that `--by` names; None for COLMAP.
-
-    Raises:
-        ValueError: for what is no command.
-        MissingRequirement: for a program that is not here.
-    """
+    """The program that `--by` names, which must be here; None for COLMAP."""
     if not opening.by:
         return None
     try:
@@ -216,15 +214,11 @@ def _sources(opening: Opening, reporter: Reporter) -> list[Source]:
     if len({path.resolve() for path in paths}) < len(paths):
         raise ValueError(f"{paths[0]}: a video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
-    return [
-        Source(path, name)
-        if video.is_video(path)
-        else Source(path, name, tuple(_photos(path, opening, reporter)))
-        for path, name in zip(paths, names, strict=True)
-    ]
+    photos = [() if video.is_video(path) else _photos(path, opening, reporter) for path in paths]
+    return [Source(*one) for one in zip(paths, names, photos, strict=True)]
 
 
-def _photos(source: Path, opening: Opening, reporter: Reporter) -> list[Path]:
+def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, ...]:
     """The photos of a folder; without `--skip-unreadable` all must be sound."""
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
@@ -237,14 +231,10 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> list[Path]:
         files = [file for file in files if not faults[file.name]]
     there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
     if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
-        hint = (
-            f". Hint: {image_files.HEIC_HINT}"
-            if any(image_files.is_heic(Path(name)) for name in other)
-            else ""
-        )
+        heic = any(image_files.is_heic(Path(name)) for name in other)
         reporter.warn(
             f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
-            f"{', '.join(other[:SHOWN])}{hint}"
+            f"{', '.join(other[:SHOWN])}" + (f". Hint: {image_files.HEIC_HINT}" if heic else "")
         )
     least = 1 if len(opening.paths) > 1 else MIN_PLACED
     if len(files) < least:
@@ -254,7 +244,7 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> list[Path]:
         )
     if not opening.skip_unreadable:
         check_pixels(files)
-    return files
+    return tuple(files)
 
 
 def _digest(
@@ -266,25 +256,6 @@ def _digest(
     program = [by.by] if by else [kind] if kind != features.SIFT else []
     known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE, *program])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
-
-
-def _find(
-    sources: Sequence[Source],
-    sampling: video.Sampling,
-    place: Path,
-    reporter: Reporter,
-    work: Work,
-) -> None:
-    """Fill a folder of the cache; `poses.json` comes last."""
-    try:
-        found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
-    except KeyboardInterrupt:
-        reporter.warn(KEPT)
-        raise
-    paths = [str(source.path) for source in sources]
-    asked = {"sources": paths, "settings": asdict(sampling)}
-    shutil.rmtree(place / "matching")
-    write_text(json.dumps(asked | found, indent=1), place / FOUND)
 
 
 def locked(path: Path) -> AbstractContextManager:

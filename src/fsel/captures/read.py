@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
@@ -36,13 +36,7 @@ TRIANGULATION_LONG_SIDE = 800
 
 @dataclass(frozen=True)
 class Ingestion:
-    """A capture, and what reading it showed.
-
-    Attributes:
-        capture: the canonical capture.
-        agreement: how well its poses, cameras and images agree.
-        dropped: frames left out, and why.
-    """
+    """A canonical capture, how well its parts agree, and why frames were left out."""
 
     capture: Capture
     agreement: Agreement
@@ -132,9 +126,9 @@ def read_folder(
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
     log.info("%s: %s", source, agreement)
-    capture = ingest(raw, known, folder, long_side, store=store)
+    capture = ingest(raw, source, long_side, store=store)
     if capture.points is None and points == "triangulate":
-        large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE, lazy=True)
+        large = ingest(raw, source, TRIANGULATION_LONG_SIDE, lazy=True)
         capture = replace(capture, points=sfm.triangulate(large))
     if capture.points is None:
         log.info("%s: no sparse points; co-visibility is predicted from the poses", source)
@@ -220,17 +214,19 @@ def validated(
             longer side.
         skip_unreadable: leave out frames whose image or mask is missing or unreadable, in place of
             refusing them.
-
-    Raises:
-        ValueError: for what `in_order` refuses, an image that is missing, damaged, too large or
-            of another shape than its camera, images of several sizes, or poses that disagree with
-            points or images.
     """
     raw = in_order(raw, source)
     if skip_unreadable:
         raw = _readable(raw, source)
     check_images(raw, long_side)
-    return raw, _agreeing(raw, source, max_error)
+    agreement = measure(sample(raw)[1], max_error)
+    if agreement.share > max_error:
+        raise ValueError(
+            f"{source}: {agreement}; allowed is a median of "
+            f"{max_error * agreement.long_side:.1f}. Likely cause: {agreement.cause}. Hint: "
+            "`max_error` (--max-error) is the bound"
+        )
+    return raw, agreement
 
 
 def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
@@ -240,14 +236,12 @@ def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
 
 
 def _readable(raw: RawCapture, source: str) -> RawCapture:
-    """The frames whose image and mask can be opened; the others are dropped, each with its fault.
-
-    Raises:
-        ValueError: when none is left.
-    """
-    faults = _faults(raw.images)
-    if raw.masks:
-        faults = [one or other for one, other in zip(faults, _faults(raw.masks), strict=True)]
+    """The frames whose image and mask can be opened; others are dropped, each with its fault."""
+    files = [*raw.images, *(raw.masks or ())]
+    faults = in_turn(lambda at: image_files.fault(files[at]), files)
+    if raw.masks:  # an image's own fault before its mask's
+        count = len(raw.names)
+        faults = [one or other for one, other in zip(faults[:count], faults[count:], strict=True)]
     kept = [at for at, fault in enumerate(faults) if not fault]
     if not kept:
         raise ValueError(
@@ -258,16 +252,8 @@ def _readable(raw: RawCapture, source: str) -> RawCapture:
     return replace(raw.subset(kept), dropped=raw.dropped | gone)
 
 
-def _faults(files: Sequence[image_files.Image]) -> list[str]:
-    return in_turn(lambda at: image_files.fault(files[at]), files)
-
-
 def check_images(raw: RawCapture, long_side: int) -> None:
-    """Refuse images and masks by their headers; those of a video are left to its decoder.
-
-    Raises:
-        ValueError: naming the file.
-    """
+    """Refuse images and masks by their headers; those of a video are left to its decoder."""
     files = [
         (file, camera)
         for group in (raw.images, raw.masks or ())
@@ -290,14 +276,3 @@ def check_images(raw: RawCapture, long_side: int) -> None:
             raise ValueError(f"{file}: {error}") from error
         first = first or brought
         check_same_size(file, frame or brought, first)
-
-
-def _agreeing(raw: RawCapture, source: str, bound: float) -> Agreement:
-    """Return the agreement of the parts, refused where it is too poor."""
-    agreement = measure(sample(raw)[1], bound)
-    if agreement.share > bound:
-        raise ValueError(
-            f"{source}: {agreement}; allowed is a median of {bound * agreement.long_side:.1f}. "
-            f"Likely cause: {agreement.cause}. Hint: `max_error` (--max-error) is the bound"
-        )
-    return agreement

@@ -26,17 +26,11 @@ Say = Callable[[str, str], None]
 
 @dataclass(frozen=True)
 class Source:
-    """Video or photos of a scene, by one camera.
-
-    Attributes:
-        path: the video, or the folder.
-        name: folder below images/; empty where there is one source alone.
-        photos: files, in natural order of their names; none of a video.
-    """
+    """Video or photos of a scene, by one camera."""
 
     path: Path
-    name: str = ""
-    photos: tuple[Path, ...] = ()
+    name: str = ""  # folder below images/; empty where there is one source alone
+    photos: tuple[Path, ...] = ()  # in natural order of their names; none of a video
 
     @property
     def filmed(self) -> bool:
@@ -50,21 +44,13 @@ class Source:
 
 @dataclass
 class SampledFrames:
-    """Frames that were sampled from the sources.
+    """Frames that were sampled from the sources; those of videos by the name of the source."""
 
-    Attributes:
-        shots: by a video's name, its frames in order.
-        paces: by a video's name, frames a second.
-        still: how many frames of videos were left out as equal to those before them.
-        turned: names of photos that were turned upright.
-        ends: by a video's name, seconds of its last frame, left out or not.
-    """
-
-    shots: dict[str, list[video.SampledFrame]]
-    paces: dict[str, float]
-    still: int
-    turned: list[str]
-    ends: dict[str, float] = field(default_factory=dict)
+    shots: dict[str, list[video.SampledFrame]]  # in order
+    paces: dict[str, float]  # frames a second
+    still: int  # how many were left out as equal to those before them
+    turned: list[str]  # names of photos that were turned upright
+    ends: dict[str, float] = field(default_factory=dict)  # seconds of the last, left out or not
 
     def save(self, folder: Path) -> None:
         """Store what was sampled, for a run that is resumed."""
@@ -88,37 +74,25 @@ def take(
     for source in sources:
         images = folder / IMAGES / source.name
         images.mkdir(parents=True, exist_ok=True)
-        if source.filmed:
-            _film(source, sampling, images, taken, work, say)
-        else:
+        if not source.filmed:
             taken.turned += _put(source, images, work, say)
-    taken.save(folder)
-    return taken
-
-
-def _film(
-    source: Source,
-    sampling: video.Sampling,
-    images: Path,
-    taken: SampledFrames,
-    work: Work,
-    say: Say,
-) -> None:
-    """Take the frames of a video; more of them where a pause leaves too few that differ."""
-    pace, watch = sampling.pace(source.path), work.watch("video")
-    shots = video.thin(source.path, images, pace, progress=watch)
-    moving = _moving(source, shots, images)
-    if sampling.free and len(moving) < sampling.least <= len(shots):
-        pace *= sampling.least / len(moving)
+            continue
+        pace = sampling.pace(source.path)
         shots = video.thin(source.path, images, pace, progress=work.watch("video"))
         moving = _moving(source, shots, images)
-    still = len(shots) - len(moving)
-    taken.shots[source.name], taken.paces[source.name] = moving, pace
-    taken.ends[source.name] = shots[-1].seconds
-    taken.still += still
-    said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
-    left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
-    say("video", said + left_out)
+        if sampling.free and len(moving) < sampling.least <= len(shots):  # there is a pause
+            pace *= sampling.least / len(moving)
+            shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+            moving = _moving(source, shots, images)
+        still = len(shots) - len(moving)
+        taken.shots[source.name], taken.paces[source.name] = moving, pace
+        taken.ends[source.name] = shots[-1].seconds
+        taken.still += still
+        said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
+        left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
+        say("video", said + left_out)
+    taken.save(folder)
+    return taken
 
 
 def take_denser(
@@ -138,11 +112,7 @@ def take_denser(
 def _moving(
     source: Source, shots: list[video.SampledFrame], images: Path
 ) -> list[video.SampledFrame]:
-    """Return frames that differ from the one before them; the files of the others are removed.
-
-    Raises:
-        ValueError: when fewer than three frames are left.
-    """
+    """Return frames that differ from the one before them; the files of the others are removed."""
     small = []
     for shot in shots:
         image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.lazy import unread
+from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import Health
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import pose_distance
@@ -99,7 +99,7 @@ class Selection:
                 "Hint: fsel.select(folder, ...)"
             )
         layout = self.capture.source.partition(" at ")[0]
-        source = unread(layout, self.capture.files, self.capture)
+        source = LazyCapture(layout, self.capture.files, self.capture)
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
         with staged(Path(folder), [], force) as stage:

@@ -119,9 +119,9 @@ def test_real_captures_read(name, frames):
 @pytest.mark.parametrize("layout", ["dl3dv", "mipnerf360", "scannetpp_dslr"])
 def test_lazy_images_are_the_images(layout, tmp_path):
     LAYOUTS[layout].write(recording(layout), tmp_path)
-    known, raw = read_raw(tmp_path, layout)
-    lazy = ingest(raw, known, tmp_path, 32, lazy=True)
-    whole = ingest(raw, known, tmp_path, 32)
+    raw = read_raw(tmp_path, layout)[1]
+    lazy = ingest(raw, "made", 32, lazy=True)
+    whole = ingest(raw, "made", 32)
     assert lazy.names == whole.names
     assert lazy.size == whole.size
     assert lazy.points is None
@@ -136,9 +136,9 @@ def test_lazy_images_are_the_images(layout, tmp_path):
 
 def test_lazy_images_open_nothing_before_they_are_asked_for(tmp_path):
     LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
-    known, raw = read_raw(tmp_path, "mipnerf360")
+    raw = read_raw(tmp_path, "mipnerf360")[1]
     raw.images[5].write_bytes(b"")
-    lazy = ingest(raw, known, tmp_path, 32, lazy=True)
+    lazy = ingest(raw, "made", 32, lazy=True)
     lazy.images[:4]
     with pytest.raises(ValueError, match=re.escape(f"{raw.images[5]}: image file is empty")):
         np.asarray(lazy.images)

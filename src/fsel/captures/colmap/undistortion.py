@@ -190,13 +190,10 @@ class Lens:
 
 
 class Lenses:
-    """Lenses of a capture's cameras, made when an image is opened; a few are kept.
-
-    Args:
-        long_side, frame: see `Lens`.
-    """
+    """Lenses of a capture's cameras, made when an image is opened; a few are kept, see `Lens`."""
 
     def __init__(self, long_side: int, frame: tuple[int, int] | None = None) -> None:
+        self.long_side = long_side
         self._of = lru_cache(KEPT)(lambda camera, size: Lens(camera, size, long_side, frame))
 
     def of(self, camera: Camera, image: np.ndarray, file: Image) -> Lens:

@@ -59,6 +59,9 @@ class Agreement:
         return self.median / self.long_side
 
 
+NOT_MEASURED = Agreement("none", np.nan, np.nan, MATCHING_LONG_SIDE, 0)
+
+
 def measure(raw: RawCapture, bound: float) -> Agreement:
     """Reproject the sparse points or, where there are none, match a few pairs of frames.
 
@@ -71,9 +74,9 @@ def measure(raw: RawCapture, bound: float) -> Agreement:
         side = max(max(camera.width, camera.height) for camera in raw.cameras)
         return _agreement("reprojection", reprojection_errors, raw, side, bound)
     matches = list(matches_of(raw, choose_pairs(raw.world_to_camera, PAIRS)))
-    side = max((max(m[6]) for m in matches), default=MATCHING_LONG_SIDE)
     if sum(len(m[2]) for m in matches) < MIN_MATCHES:
-        return Agreement("none", float("nan"), float("nan"), side, 0)
+        return NOT_MEASURED
+    side = max(max(m[6]) for m in matches)
     return _agreement("epipolar", lambda r: _epipolar(r, matches), raw, side, bound)
 
 

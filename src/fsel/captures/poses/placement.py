@@ -46,15 +46,13 @@ def place(
 
     Returns:
         As `poses.json` has it: names of frames that were placed and not, times that were lost.
-
-    Raises:
-        ValueError: for what cannot be read, or where fewer than three frames can be placed, with
-            the cause.
     """
     taken = take(sources, sampling, folder, work, say)
     model, raw = _placed(sources, taken, folder, work, say)
     twice = repeated(model, work)
-    turn_upright(model)
+    poses = [image.cam_from_world().matrix() for image in model.images.values()]
+    turn = pycolmap.Rotation3d(upright(np.array(poses)))  # of a world that COLMAP chose
+    model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
     write_model(model, folder / MODEL)
     return {"by": work.who, "repeated": twice} | _found(sources, taken, raw, model)
 
@@ -93,13 +91,6 @@ def _denser(
         lost = [(low, high) for low, high, count in spans if count > 1]
         more |= bool(lost) and take_denser(source, taken, lost, folder, work)
     return more
-
-
-def turn_upright(model: pycolmap.Reconstruction) -> None:
-    """Turn a world that COLMAP chose until z points upwards."""
-    poses = [image.cam_from_world().matrix() for image in model.images.values()]
-    turn = pycolmap.Rotation3d(upright(np.array(poses)))
-    model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
 
 
 def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
@@ -146,17 +137,12 @@ def _found(
 ) -> dict:
     """Return the content of `poses.json`."""
     placed = {image.name for image in model.images.values()}
-    films = [source for source in sources if source.filmed]
-    lost = [
-        {"video": source.path.name, "from": low, "to": high, "frames": count}
-        for source in films
-        for low, high, count in _lost(source, taken, placed)
-    ]
-    shots = [
-        {"name": source.named(shot.name)} | asdict(shot)
-        for source in films
-        for shot in taken.shots[source.name]
-    ]
+    shots, lost = [], []
+    for source in sources:
+        for shot in taken.shots.get(source.name, ()):
+            shots.append({"name": source.named(shot.name)} | asdict(shot))
+        for low, high, count in _lost(source, taken, placed):
+            lost.append({"video": source.path.name, "from": low, "to": high, "frames": count})
     ordered = sorted(raw.names, key=natural)
     return {
         "video": shots,
@@ -172,13 +158,8 @@ def _found(
 def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
     """Frames that COLMAP places with another seed, and degrees that both sets of poses differ by.
 
-    Args:
-        model: as COLMAP made it in the folder of `work`, where its matches are.
-        work: how.
-
-    Returns:
-        `placed` and `degrees`, the latter None for fewer than two frames of both; None where a
-        program placed them, no matches are kept, or more than 150 were placed.
+    The degrees are None for fewer than two frames of both; all is, where a program placed them, no
+    matches are kept, or more than 150 were placed.
     """
     count = model.num_reg_images()
     if work.by is not None or work.folder is None or count > MOST_REPEATED:
