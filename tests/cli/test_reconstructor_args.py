@@ -10,11 +10,11 @@ from small_captures import camera_path, ring, write_ring
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.cli import main, scoring
+from fsel.cli import main
 from fsel.cli.reconstructor_args import WRITE_PLY
-from fsel.cli.scoring import file_names
-from fsel.metrics import REGISTERED, Metric
-from fsel.reconstruct import RECONSTRUCTORS, gaussians
+from fsel.cli.render import file_names
+from fsel.metrics import REGISTERED, Metric, published
+from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.reconstruct.gaussians import settings as quality
 from fsel.reconstruct.gaussians.training import Training
@@ -72,37 +72,6 @@ def test_a_quality_says_what_it_takes_and_sets_it(capture, listed, tmp_path, cap
     assert 0 < GaussianModel.read_ply(out).primitives <= 300
 
 
-def test_a_preview_is_painted_anew_as_it_trains(capture, listed, tmp_path, monkeypatch):
-    monkeypatch.setattr(gaussians, "WATCHED", 0.0)
-    written, seen = cv2.imwrite, []
-
-    def remembered(path, image):
-        seen.append(image)
-        return written(path, image)
-
-    monkeypatch.setattr(cv2, "imwrite", remembered)
-    out, preview = tmp_path / "scene.ply", tmp_path / "now.png"
-    asked = ["--frames", listed, *GAUSSIANS, "--steps", 20, "--preview", preview]
-    assert run("reconstruct", capture, *asked, "-o", out) == 0
-    assert len(seen) == 20
-    last = cv2.imread(str(preview))
-    np.testing.assert_array_equal(last, seen[-1])
-    drawn = [image[-SIDE // 2 :, SIDE:] for image in seen]
-    assert (drawn[0] != drawn[-1]).any()
-    assert run("reconstruct", capture, *asked, "-o", tmp_path / "other.ply") == 1
-
-
-def test_watching_leaves_a_model_as_it_is(capture):
-    whole = fsel.read_capture(capture, long_side=32)
-    fit = gaussians.Gaussians(whole, steps=30, gaussians=200).fit
-    shown: list = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gaussians, "WATCHED", 0.0)
-        watched = fit(np.arange(6), watch=shown.append)
-    np.testing.assert_array_equal(watched.table, fit(np.arange(6)).table)
-    assert [model.steps for model in shown] == list(range(1, 31))
-
-
 def test_ctrl_c_writes_the_model_so_far(capture, listed, tmp_path, capsys, monkeypatch):
     made, step, handler = [], Training.step, signal.getsignal(signal.SIGINT)
 
@@ -143,8 +112,6 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
         (["--quality", "good", "--steps", 5], "--steps is 5, which --quality good says itself"),
         (["--quality", "good", "--long-side", 64], "--long-side is 64, which --quality good"),
         (["--quality", "good", "--reconstructor", "splats"], "--reconstructor is splats, which"),
-        (["--preview", "a.jpg"], "--preview shows gaussians as they train"),
-        ([*GAUSSIANS, "--preview", "a.gif"], "a.gif: a preview ends in .jpg, .png"),
         (["--reconstructor", "external"], "'external'; allowed: splats, gaussians, radiance_field"),
         (["--reconstructor", "radiance_field"], "'radiance_field' has no .ply to write; allowed"),
     ],
@@ -195,35 +162,28 @@ def test_a_ply_is_rendered_and_scored_as_the_library_does(capture, ply, tmp_path
     assert table[-1].split()[:2] == ["mean", f"{content['mean']['psnr']:.2f}"]
 
 
-def test_lpips_takes_the_place_of_gmsd_where_weights_are(
-    capture, ply, tmp_path, capsys, monkeypatch
-):
-    ones = Metric("lpips", "LPIPS", False, lambda r, *_, net, weights: np.full(len(r), len(net)))
+def test_lpips_takes_the_place_of_gmsd(capture, tmp_path, monkeypatch):
+    ones = Metric("lpips", "LPIPS", False, lambda rendered, *_: np.ones(len(rendered)))
     monkeypatch.setitem(REGISTERED, "lpips", ones)
-    monkeypatch.setattr(scoring, "checked", lambda metrics: metrics)
-    out, asked = tmp_path / "out", ["--targets", "every:8", "--long-side", SIDE]
-    own = ["--lpips-weights", tmp_path / "w.pth", "--lpips-net", "vgg", "-o", out]
-    assert run("render", ply, "--capture", capture, *asked, *own) == 0
-    assert json.loads((out / "render.json").read_text())["mean"]["lpips"] == len("vgg")
-    assert (out / "render.txt").read_text().split()[:4] == ["view", "PSNR", "SSIM", "LPIPS"]
-    own[-1] = tmp_path / "compared"
-    assert run("compare", capture, "-k", 4, "--methods", "uniform", *asked, *own) == 0
-    row = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"][0]
-    assert row["lpips"] == len("vgg")
+    fetched = []
+    monkeypatch.setattr(published, "found", lambda net: None)
+    monkeypatch.setattr(published, "fetch", lambda net, path: fetched.append(net))
+    out, asked = tmp_path / "out", ["-k", 4, "--methods", "uniform", "--metrics", "psnr,lpips"]
+    assert run("compare", capture, *asked, "--long-side", SIDE, "-o", out) == 0
+    assert fetched == ["alex"]
+    row = json.loads((out / "compare.json").read_text())["rows"][0]
+    assert row["lpips"] == 1
     assert "gmsd" not in row
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--lpips-weights", "none.pth"], "'none.pth', not a file; LPIPS with net alex needs"),
-        (["--lpips-weights", "none.pth", "--lpips-net", "no"], "'no'; allowed: alex, vgg"),
-        (["--metrics", "psnr,ssim", "--lpips-net", "alex"], "settings of lpips in --metrics"),
         (["--metrics", "ssim,lpips"], "psnr is among them"),
         (["--metrics", "psnr,mae"], "mae"),
     ],
 )
-def test_lpips_without_its_weights_is_refused_before_work(given, said, capture, tmp_path, capsys):
+def test_metrics_are_refused_before_work(given, said, capture, tmp_path, capsys):
     assert run("compare", capture, *given, "-o", tmp_path / "out") == 1
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -242,9 +242,3 @@ def test_weights_that_are_no_scorer_are_refused(
     save_file(random_weights(0) | changes, path, metadata={"provenance": json.dumps(provenance)})
     with pytest.raises(ValueError, match=said):
         fsel.select(fsel.read_capture(folder), 6, method=method, weights=path)
-
-
-def test_ours_says_its_name_of_today():
-    for weights in (None, "mine.safetensors"):
-        with pytest.raises(ValueError, match="'ours' is named 'less_is_more' now"):
-            method_of("ours", weights)

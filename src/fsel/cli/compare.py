@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
 from fsel.captures.images.previews import jpeg, sharpness_among
-from fsel.captures.images.video import captioned
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import BLURRED
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of
 from fsel.cli.reconstructor_args import bound, checked
-from fsel.cli.scoring import columns, file_names, heading, metrics_of
+from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.capture import Capture
 from fsel.core.files import json_text
 from fsel.core.outputs import staged
@@ -35,8 +33,7 @@ from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request
 from fsel.selection.select import examined_targets
 from fsel.selection.targets import Targets
 
-SHEETS = 6  # held-out frames that have a picture of their own in renders
-PICTURES = 600  # renderings on the page at most, or six frames
+PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
 SEEN = 3  # picks that serve a sparse point
 SERVED = ("served", "served_by_every_nth")  # keys of compare.json
@@ -73,7 +70,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
             console.say("object", f"in {seen}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         problem, picks, bad = _selected(args, console, opened, capture, methods, targets, focus)
-        drawn = evenly(len(held_out), max(SHEETS, PICTURES // len(picks)))
+        drawn = evenly(len(held_out), max(FEWEST, PICTURES // len(picks)))
         evaluator, renders = _keeping(bound(args, capture), held_out, masks, metrics, drawn)
         scores = _scores(args, evaluator, picks, console)
         shown = {key: renders[subset_key(chosen[0])] for key, chosen in picks.items()}
@@ -85,11 +82,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         (stage / "compare.json").write_text(json_text(content), encoding="utf-8")
         table = _table(compared, rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
-        (stage / "renders").mkdir()
-        for name, sheet in _sheets(args, evaluator, drawn, shown):
-            cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
-    console.say("written", f"{args.out}: compare.html, compare.json, compare.txt, renders")
+    console.say("written", f"{args.out}: compare.html, compare.json, compare.txt")
     console.give(content)
 
 
@@ -277,19 +271,3 @@ def _table(compared: Compared, rows: list[dict]) -> str:
     notes = [NOTE] if known else []
     starred = [STARRED] if any("*" in line for line in lines) else []
     return "\n".join([*lines, *notes, *starred, compared.how, verdict(compared), ""])
-
-
-def _sheets(
-    args: argparse.Namespace, evaluator: Evaluator, drawn: np.ndarray, shown: dict[Cell, np.ndarray]
-) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield file name and image of a few held-out frames: a row for each k, truth, then methods."""
-    few = evenly(len(drawn), SHEETS)
-    names = evaluator.reconstructor.capture.names
-    files = file_names([names[frame] for frame in evaluator.frames[drawn[few]]])
-    for file, at in zip(files, few, strict=True):
-        truth = captioned(evaluator.truth[drawn[at]], "truth")
-        rows = []
-        for k in args.k:
-            cells = [captioned(shown[k, by][at], f"{by} {k}") for by in args.methods]
-            rows.append(np.concatenate([truth, *cells], axis=1))
-        yield f"{file}.png", np.concatenate(rows)

@@ -147,12 +147,6 @@ def _add_reconstruct(commands) -> None:
     )
     _add_reconstructor(command)
     _add_size(command, None, "96 by default")
-    command.add_argument(
-        "--preview",
-        type=Path,
-        metavar="FILE",
-        help="of gaussians: picture that is written anew every ten seconds, .jpg or .png",
-    )
     add_output(command, "file to write")
     command.set_defaults(reconstructor=None)
 
@@ -182,9 +176,6 @@ def _add_render(commands) -> None:
     )
     command.add_argument(
         "--seconds", type=positive, default=5.0, help="of the video, 5 by default; 30 frames each"
-    )
-    command.add_argument(
-        "--side-by-side", type=Path, metavar="PLY", help="another model, right of the video"
     )
 
 
@@ -220,13 +211,6 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
         type=words,
         default=(),
         help="psnr,ssim,gmsd by default; lpips fetches its weights, 64 MB, the first time",
-    )
-    command.add_argument("--lpips-net", help="its backbone: alex (by default) or vgg")
-    command.add_argument(
-        "--lpips-weights",
-        type=Path,
-        metavar="FILE",
-        help="ImageNet weights of its backbone, in the place of those that are fetched",
     )
 
 

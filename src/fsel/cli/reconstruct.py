@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
-from fsel.captures.images.video import captioned, levels
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, open_as, record_of
-from fsel.cli.reconstructor_args import WRITE_PLY, bound, checked, fitted
-from fsel.core.capture import Capture
-from fsel.core.files import atomic
+from fsel.cli.reconstructor_args import STEPPED, WRITE_PLY, bound, checked, stopped_by_interrupt
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
-from fsel.reconstruct.gaussians.model import GaussianModel
+from fsel.reconstruct import Reconstructor
 from fsel.reconstruct.gaussians.settings import QUALITIES, Quality
 from fsel.selection.export.forms import TRANSFORMS
 from fsel.selection.export.subset import TRAIN
 from fsel.selection.frames import named_in
 
 ENDING = ".ply"
-FINE = "gaussians"  # the reconstructor of --quality and --preview
-PICTURES = (".jpg", ".png")
+FINE = "gaussians"  # the reconstructor of --quality
 LONG_SIDE = 96
+KEPT = "interrupted: the model so far is written; again to give up"
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -36,10 +30,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
     quality = _quality_of(args)
     settings = {} if quality is None else quality.settings
     _check(args, settings)
-    if args.frames is None and (args.capture / TRAIN / TRANSFORMS).is_file():
-        args.capture /= TRAIN  # of a selection that holds frames out
     if args.frames is not None:
         open_as(args, record_of(args.frames.parent))
+    elif (args.capture / TRAIN / TRANSFORMS).is_file():
+        args.capture /= TRAIN  # of a selection that holds frames out
     with staged(args.out, inputs_of(args), args.force, folder=False) as stage:
         opened = open_capture.opened(args, console, args.long_side)
         frames = np.arange(len(opened.capture))
@@ -51,9 +45,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
         if quality is not None:
             console.say("quality", str(quality))
-        watch = None if args.preview is None else _painter(loaded, args.preview)
-        reconstructor = bound(args, loaded, **settings)
-        model: Any = fitted(reconstructor, np.arange(len(frames)), console, watch)
+        model = _fitted(bound(args, loaded, **settings), np.arange(len(frames)), args, console)
         model.export_ply(stage)
     steps = {"steps": model.steps} if hasattr(model, "steps") else {}
     said = "".join(f" in {counted(count, 'step')}" for count in steps.values())
@@ -81,14 +73,6 @@ def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
         )
     if args.out.suffix.lower() != ENDING:
         raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
-    if args.preview is None:
-        return
-    if args.reconstructor != FINE:
-        raise ValueError(f"--preview shows {FINE} as they train. Hint: --reconstructor {FINE}")
-    if args.preview.suffix.lower() not in PICTURES:
-        raise ValueError(f"{args.preview}: a preview ends in {', '.join(PICTURES)}")
-    if args.preview.exists() and not args.force:
-        raise FileExistsError(f"{args.preview}: exists already. Hint: --force replaces it")
 
 
 def _quality_of(args: argparse.Namespace) -> Quality | None:
@@ -110,16 +94,13 @@ def _quality_of(args: argparse.Namespace) -> Quality | None:
     return quality
 
 
-def _painter(capture: Capture, path: Path) -> Callable[[GaussianModel], None]:
-    """Return a function that paints the middle frame beside a model's rendering of it."""
-    middle = np.array([len(capture) // 2])
-    photo = np.asarray(capture.images[middle[0]])
-
-    def paint(model: GaussianModel) -> None:
-        drawn = levels(model.render(capture.view(middle))[0])
-        caption = f"{capture.names[middle[0]]}, and after {counted(model.steps, 'step')}"
-        image = captioned(np.hstack([photo, drawn]), caption)
-        with atomic(path) as partial:
-            cv2.imwrite(str(partial), image[..., ::-1])
-
-    return paint
+def _fitted(
+    reconstructor: Reconstructor, frames: np.ndarray, args: argparse.Namespace, console: Console
+) -> Any:
+    """Return a model of some frames; Ctrl-C ends its optimisation, a second Ctrl-C gives up."""
+    if args.reconstructor not in STEPPED:
+        with console.clock("reconstructing"):
+            return reconstructor.fit(frames)
+    fit: Any = reconstructor.fit
+    with console.steps("reconstructing") as progress, stopped_by_interrupt(console, KEPT) as stop:
+        return fit(frames, progress=progress, stop=stop)

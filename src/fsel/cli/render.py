@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from fsel.captures.images.video import captioned, levels, write_video
+from fsel.captures.images.video import levels, write_video
 from fsel.captures.lazy import LazyCapture
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import as_written, inputs_of, of_selection
-from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.core.capture import Views
+from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.files import json_text
-from fsel.core.names import distinct
 from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
@@ -37,8 +35,6 @@ def run(args: argparse.Namespace, console: Console) -> None:
     if args.video is not None:
         render_video(args, console, record)
         return
-    if args.side_by_side is not None:
-        raise ValueError("--side-by-side is of a video; allowed with: --video")
     read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
     with staged(args.out, read, args.force) as stage:
         model = GaussianModel.read_ply(args.model)
@@ -114,40 +110,35 @@ def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
 
 
 def render_video(args: argparse.Namespace, console: Console, record: dict) -> None:
-    """Write a flight through a model, or through two side by side.
-
-    Args:
-        args: of the command, with `--video`.
-        console: prints what is done.
-        record: of the selection, see `of_selection`.
-    """
+    """Write a flight through a model of a capture, or of a selection's, see `of_selection`."""
     if args.video.suffix.lower() != ENDING:
         raise ValueError(f"{args.video}: a video is written as {ENDING}. Hint: NAME{ENDING}")
     if args.metrics:
         raise ValueError("--metrics compares renderings with frames; allowed with: -o")
-    files = [args.model] if args.side_by_side is None else [args.model, args.side_by_side]
-    with staged(args.video, [*inputs_of(args), *files], args.force, folder=False) as stage:
-        names = distinct([file.stem for file in files])
-        models = dict(zip(names, map(GaussianModel.read_ply, files), strict=True))
+    with staged(args.video, [*inputs_of(args), args.model], args.force, folder=False) as stage:
+        model = GaussianModel.read_ply(args.model)
         capture = as_written(open_capture.opened(args, console).capture, record)
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or VIDEO_SIDE
         views = flight(capture, args.targets, count, long_side)
         started = time.perf_counter()
         rows = console.bar("rendering")(range(len(views)), len(views))
-        write_video(stage, _frames(models, views, rows), RATE)
+        rendered = (model.render(views.subset(slice(row, row + 1)))[0] for row in rows)
+        write_video(stage, map(levels, rendered), RATE)
         each = (time.perf_counter() - started) / len(views)
     width, height = views.size
-    said = f"{len(views)} frames of {len(models)} x {width}x{height}, {each:.2f} s each"
+    said = f"{len(views)} frames of {width}x{height}, {each:.2f} s each"
     console.say("written", f"{args.video}: {said}")
     video = str(args.video.resolve())
     console.give({"video": video, "frames": len(views), "size": [width, height]})
 
 
-def _frames(models: dict[str, GaussianModel], views: Views, rows) -> Iterator[np.ndarray]:
-    """Yield every view of each model, side by side; captions tell two apart."""
-    for row in rows:
-        view = views.subset(slice(row, row + 1))
-        panels = {name: levels(model.render(view)[0]) for name, model in models.items()}
-        if len(panels) > 1:
-            panels = {name: captioned(image, name) for name, image in panels.items()}
-        yield np.hstack(list(panels.values()))
+def file_names(names: Sequence[str]) -> list[str]:
+    """Return a distinct file name for each frame; folders become a part of the name.
+
+    Where that makes two names equal (`a/b` and `a_b`, or `B` and `b` where case does not count),
+    each name is followed by its number.
+    """
+    flat = [name.replace("/", "_") for name in names]
+    if len({name.casefold() for name in flat}) == len(flat):
+        return flat
+    return [f"{name}_{at:04d}" for at, name in enumerate(flat)]

@@ -23,7 +23,6 @@ class Registry(MutableMapping[str, Entry]):
     Args:
         kind: what its entries are, for error messages.
         homes: name -> `module:attribute`. Adding an entry is one line here.
-        renamed: former name -> name, which the refusal of a former name says.
         group: of entry points by which other installed packages add entries.
         ahead: whether these come before the homes.
 
@@ -34,13 +33,11 @@ class Registry(MutableMapping[str, Entry]):
         self,
         kind: str,
         homes: Mapping[str, str],
-        renamed: Mapping[str, str] | None = None,
         *,
         group: str | None = None,
         ahead: bool = False,
     ) -> None:
-        self.kind, self.renamed = kind, dict(renamed or {})
-        self._own, self._group, self._ahead = dict(homes), group, ahead
+        self.kind, self._own, self._group, self._ahead = kind, dict(homes), group, ahead
         self._found: dict[str, Entry] = {}
 
     @cached_property
@@ -111,7 +108,7 @@ class Registry(MutableMapping[str, Entry]):
             ImportError: when it is not there, or needs a package that is not installed, by name.
         """
         if name not in self.homes:
-            raise unknown(self.kind, name, self.homes, self.renamed)
+            raise unknown(self.kind, name, self.homes)
         return self[name]
 
 
@@ -120,23 +117,11 @@ def closest(name: str, allowed: Iterable[str]) -> str:
     return next(iter(get_close_matches(str(name).lower(), allowed, 1)), "")
 
 
-def unknown(
-    kind: str, name: str, allowed: Iterable[str], renamed: Mapping[str, str] | None = None
-) -> ValueError:
-    """Make the refusal of a name: what is allowed, and which was meant.
-
-    Args:
-        kind: what is named.
-        name: that is not allowed.
-        allowed: names.
-        renamed: former name -> name.
-    """
+def unknown(kind: str, name: str, allowed: Iterable[str]) -> ValueError:
+    """Make the refusal of the name of a kind of thing: what is allowed, and which was meant."""
     names = list(allowed)
-    hint = ""
-    if renamed and name in renamed:
-        hint = f". Hint: {name!r} is named {renamed[name]!r} now"
-    elif near := closest(name, names):
-        hint = f". Hint: did you mean {near!r}?"
+    near = closest(name, names)
+    hint = f". Hint: did you mean {near!r}?" if near else ""
     return ValueError(f"{kind} is {name!r}; allowed: {', '.join(names)}{hint}")
 
 

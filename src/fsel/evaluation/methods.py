@@ -5,12 +5,10 @@ from __future__ import annotations
 from fsel.core.problem import Method
 from fsel.core.registry import Registry
 from fsel.selectors import baselines, pretrained
-from fsel.selectors.policies import RENAMED
 
 METHODS: Registry[Method] = Registry(
     "method",
     {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES},
-    RENAMED,
     group=baselines.GROUP,
 )
 """What `fsel.select` and the commands choose from, by name."""

@@ -48,8 +48,8 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
     if path is None or not path.is_file():
         raise FileNotFoundError(
             f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} "
-            f"needs the weights {PAGES[net]} on disk. Hint: `fsel compare --metrics psnr,lpips "
-            f"--lpips-net {net}` fetches them; put gmsd in the place of lpips in `metrics`"
+            f"needs the weights {PAGES[net]} on disk. Hint: `fsel compare --metrics psnr,lpips` "
+            "fetches them, of alex; put gmsd in the place of lpips in `metrics`"
         )
     whole = _holds_heads(path)
     for package, extra in (("lpips", "weights"), ("torch", "workflow")):

@@ -20,7 +20,7 @@ from fsel.selection.frames import Wish
 from fsel.selection.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
-from fsel.selectors.policies import RENAMED, ScoringMethod
+from fsel.selectors.policies import ScoringMethod
 
 LEAST_FRAMES = 3
 AUTO = "auto"
@@ -148,7 +148,7 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
         return method
     check_type("method", method, (str, NoneType), "a key of fsel.METHODS, or a Method")
     check_type("weights", weights, (str, Path, NoneType), "a file")
-    if weights is not None and method not in RENAMED:
+    if weights is not None:
         return pretrained.own(weights, method)
     name = pretrained.DEFAULT if method is None else method
     if name in pretrained.FILES:

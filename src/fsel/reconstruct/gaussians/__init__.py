@@ -20,7 +20,6 @@ __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
 logger = logging.getLogger(__name__)
 Progress = Callable[[int, int, float], None]
-WATCHED = 10.0  # seconds between two models that `watch` is shown
 
 
 class Gaussians(ConfiguredReconstructor[GaussianSettings]):
@@ -37,7 +36,6 @@ class Gaussians(ConfiguredReconstructor[GaussianSettings]):
         frames: np.ndarray,
         progress: Progress | None = None,
         stop: Callable[[], bool] | None = None,
-        watch: Callable[[GaussianModel], None] | None = None,
     ) -> GaussianModel:
         """Reconstruct from a subset.
 
@@ -45,7 +43,6 @@ class Gaussians(ConfiguredReconstructor[GaussianSettings]):
             frames: (K,) int64 distinct frames, K >= 2.
             progress: called after each step with the steps made, all steps, and the loss.
             stop: called before each step; when it returns True, the model so far is returned.
-            watch: called every ten seconds with the model so far.
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
@@ -55,8 +52,6 @@ class Gaussians(ConfiguredReconstructor[GaussianSettings]):
         steps, table = 0, begun.table
         if len(table):
             training = Training(begun, self.settings)
-            if watch is not None:
-                progress = _watched(training, begun, watch, progress)
             steps, table = training.run(progress, stop), training.kept
         return GaussianModel(
             frame=begun.frame,
@@ -78,26 +73,6 @@ class Gaussians(ConfiguredReconstructor[GaussianSettings]):
             xyz, rgb, frame, settings.degree, settings.gaussians, settings.seed
         )
         return Begun(capture, frame, table, _background(capture, settings.background))
-
-
-def _watched(
-    training: Training,
-    begun: Begun,
-    watch: Callable[[GaussianModel], None],
-    progress: Progress | None,
-) -> Progress:
-    """Return a progress that from time to time shows the model so far as well."""
-    shown = time.monotonic()
-
-    def advance(step: int, steps: int, loss: float) -> None:
-        nonlocal shown
-        if progress is not None:
-            progress(step, steps, loss)
-        if time.monotonic() - shown >= WATCHED:
-            watch(GaussianModel(begun.frame, training.kept, begun.background, steps=step))
-            shown = time.monotonic()
-
-    return advance
 
 
 def _background(capture: Capture, name: str) -> np.ndarray:
