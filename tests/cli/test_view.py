@@ -129,7 +129,7 @@ def test_a_server_gives_the_page_and_the_model(made):
         content = data_of(fetched(place).decode())
         assert content["model"] == {"url": view.MODEL}
         served = made / "served.ply"
-        served.write_bytes(fetched(place[:-1] + view.MODEL))
+        served.write_bytes(fetched(place + view.MODEL))
         np.testing.assert_allclose(ply.read(served).xyz + content["origin"], [[1, 1, 1]])
     finally:
         server.terminate()

@@ -23,9 +23,7 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
-from fsel.metrics import Metrics
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
-from fsel.reconstruct import Reconstructor
 from fsel.selection.cover import served
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
@@ -49,9 +47,6 @@ ORDER = (
     "is better. Hint: --reconstructor gaussians asks them."
 )
 Picks = dict[Cell, list[np.ndarray]]
-Scores = dict[Cell, np.ndarray]
-Renders = dict[tuple[int, ...], np.ndarray]
-"""Frames that were reconstructed from -> (D, h, w, 3) uint8 renderings."""
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -69,37 +64,27 @@ def run(args: argparse.Namespace, console: Console) -> None:
             seen = counted(len(held_out), "held-out frame")
             console.say("object", f"in {seen}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-        problem, picks, bad = _selected(args, console, opened, capture, methods, targets, focus)
+        problem, picks, blurred = _selected(args, console, opened, capture, methods, targets, focus)
         drawn = evenly(len(held_out), max(FEWEST, PICTURES // len(picks)))
-        evaluator, renders = _keeping(bound(args, capture), held_out, masks, metrics, drawn)
+        renders: dict[tuple[int, ...], np.ndarray] = {}
+
+        def keep(frames: np.ndarray, rendered: np.ndarray) -> None:
+            renders[subset_key(frames)] = np.round(rendered[drawn] * 255).astype(np.uint8)
+
+        truth, views = np.asarray(capture.images[held_out]), capture.view(held_out)
+        reconstructor = bound(args, capture)
+        evaluator = Evaluator(reconstructor, held_out, views, truth, masks, metrics, keep)
         scores = _scores(args, evaluator, picks, console)
         shown = {key: renders[subset_key(chosen[0])] for key, chosen in picks.items()}
-        unsharp = np.isin(held_out, bad)
-        compared = _compared(args, evaluator, unsharp, drawn, picks, scores, shown)
-        (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
-        rows = _rows(capture, compared, picks, served(problem, picks, SEEN))
-        content = _content(args, compared, rows)
-        (stage / "compare.json").write_text(json_text(content), encoding="utf-8")
-        table = _table(compared, rows)
-        (stage / "compare.txt").write_text(table, encoding="utf-8")
+        compared = _compared(args, evaluator, blurred, drawn, picks, scores, shown)
+        content = _content(args, compared, capture, picks, served(problem, picks, SEEN))
+        table = _table(compared, content["rows"])
+        pages = {"html": comparison(compared), "json": json_text(content), "txt": table}
+        for ending, text in pages.items():
+            (stage / f"compare.{ending}").write_text(text, encoding="utf-8")
     console.text(table)
     console.say("written", f"{args.out}: compare.html, compare.json, compare.txt")
     console.give(content)
-
-
-def _content(args: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
-    """Return the content of compare.json."""
-    return {
-        "capture": str(args.capture.resolve()),
-        "targets": list(compared.names),
-        "blurred": [compared.names[i] for i in np.flatnonzero(compared.blurred)],
-        "reconstructor": args.reconstructor,
-        "long_side": args.long_side,
-        "seed": args.seed,
-        "rows": rows,
-        "differences": differences(compared),
-        "verdict": verdict(compared),
-    }
 
 
 def _checked(
@@ -162,80 +147,33 @@ def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]
     return picks
 
 
-def _keeping(
-    reconstructor: Reconstructor,
-    held_out: np.ndarray,
-    masks: np.ndarray | None,
-    metrics: Metrics,
-    drawn: np.ndarray,
-) -> tuple[Evaluator, Renders]:
-    """Return an evaluator of held-out frames, and where it keeps what it renders of some of them.
-
-    Args:
-        reconstructor: bound to the capture.
-        held_out: (T,) frames.
-        masks: (T, h, w) bool, the pixels that count; None for all.
-        metrics: to measure.
-        drawn: (D,) numbers of the held-out frames that have pictures.
-    """
-    renders: Renders = {}
-
-    def keep(frames: np.ndarray, rendered: np.ndarray) -> None:
-        renders[subset_key(frames)] = np.round(rendered[drawn] * 255).astype(np.uint8)
-
-    capture = reconstructor.capture
-    truth, views = np.asarray(capture.images[held_out]), capture.view(held_out)
-    return Evaluator(reconstructor, held_out, views, truth, masks, metrics, keep), renders
-
-
 def _scores(
     args: argparse.Namespace, evaluator: Evaluator, picks: Picks, console: Console
-) -> Scores:
-    """Return (seeds, T, M) metrics of the held-out frames for each k and method, in their masks.
+) -> dict[Cell, np.ndarray]:
+    """Return (T, M) metrics of the held-out frames for each k and method, averaged over seeds.
 
     Raises:
         Unfinished: when a reconstruction does not finish.
     """
-    order = [(k, name) for k in args.k for name in args.methods]
-    runs = [(key, chosen) for key in order for chosen in picks[key]]
-    scores: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
-    for key, chosen in console.bar("reconstructing")(runs, len(runs)):
-        scores[key].append(evaluator.scores(chosen))
-    return {key: np.array(values) for key, values in scores.items()}
-
-
-def _rows(
-    capture: Capture, compared: Compared, picks: Picks, served: dict[Cell, tuple[float, float]]
-) -> list[dict]:
-    """Return a row of mean metrics for each number of frames and method."""
-    rows = []
-    for (used, name), (k, *_) in compared.rows.items():
-        chosen = picks[k, name]
-        means = dict(zip(compared.metrics, compared.means((k, name)), strict=True))
-        means |= dict(zip(SERVED, served.get((k, name), ()), strict=False))
-        names = [[capture.names[i] for i in frames] for frames in chosen]
-        rows.append({"k": used, "method": name, **means, "seeds": len(chosen), "picks": names})
-    return rows
+    scores: dict[Cell, list[np.ndarray]] = {(k, name): [] for k in args.k for name in args.methods}
+    runs = [(cell, chosen) for cell in scores for chosen in picks[cell]]
+    for cell, chosen in console.bar("reconstructing")(runs, len(runs)):
+        scores[cell].append(evaluator.scores(chosen))
+    return {cell: np.mean(values, axis=0) for cell, values in scores.items()}
 
 
 def _compared(
     args: argparse.Namespace,
     evaluator: Evaluator,
-    unsharp: np.ndarray,
+    blurred: np.ndarray,
     drawn: np.ndarray,
     picks: Picks,
-    scores: Scores,
+    scores: dict[Cell, np.ndarray],
     shown: dict[Cell, np.ndarray],
 ) -> Compared:
-    """Return the content of the page.
+    """Return the content of the page, with pictures of the held-out frames whose numbers are drawn.
 
-    Args:
-        args: of the command.
-        evaluator: of the held-out frames.
-        unsharp: (T,) bool, which of them are blurred.
-        drawn: (D,) numbers of those that have pictures.
-        picks, scores: of each k and method.
-        shown: (D, h, w, 3) uint8 renderings of each.
+    `shown` are (D, h, w, 3) uint8 renderings of these for each k and method.
     """
     capture = evaluator.reconstructor.capture
     width, height = capture.size
@@ -245,14 +183,43 @@ def _compared(
         + (ORDER if args.reconstructor == COARSE else ""),
         names=tuple(capture.names[i] for i in evaluator.frames),
         metrics=tuple(evaluator.metrics),
-        scores={key: values.mean(axis=0) for key, values in scores.items()},
-        used={key: len(picks[key][0]) for key in scores},
+        scores=scores,
+        used={cell: len(picks[cell][0]) for cell in scores},
         shown=tuple(drawn.tolist()),
         truth=[jpeg(image, QUALITY) for image in evaluator.truth[drawn]],
-        renders={key: [jpeg(image, QUALITY) for image in images] for key, images in shown.items()},
-        blurred=unsharp,
+        renders={
+            cell: [jpeg(image, QUALITY) for image in images] for cell, images in shown.items()
+        },
+        blurred=np.isin(evaluator.frames, blurred),
         shape=width / height,
     )
+
+
+def _content(
+    args: argparse.Namespace,
+    compared: Compared,
+    capture: Capture,
+    picks: Picks,
+    served: dict[Cell, tuple[float, float]],
+) -> dict:
+    """Return the content of compare.json, with a row of means for each k and method."""
+    rows = []
+    for (used, name), (k, *_) in compared.rows.items():
+        means = dict(zip(compared.metrics, compared.means((k, name)), strict=True))
+        means |= dict(zip(SERVED, served.get((k, name), ()), strict=False))
+        names = [[capture.names[i] for i in frames] for frames in picks[k, name]]
+        rows.append({"k": used, "method": name, **means, "seeds": len(names), "picks": names})
+    return {
+        "capture": str(args.capture.resolve()),
+        "targets": list(compared.names),
+        "blurred": [compared.names[i] for i in np.flatnonzero(compared.blurred)],
+        "reconstructor": args.reconstructor,
+        "long_side": args.long_side,
+        "seed": args.seed,
+        "rows": rows,
+        "differences": differences(compared),
+        "verdict": verdict(compared),
+    }
 
 
 def _table(compared: Compared, rows: list[dict]) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.images import files as image_files
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality import Health
@@ -68,42 +67,31 @@ def run(args: argparse.Namespace, console: Console) -> None:
 
 
 def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
-    """Report that the command prints, with names in full.
-
-    Args:
-        opened: the capture.
-        capture: the same with its points.
-        health: of its frames.
-    """
+    """Return the report that the command prints, of a capture, the same with its points."""
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
     keep, enough = _worth_keeping(capture, health)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
+    looked_at = None  # where the cameras look at no common point
+    with suppress(ValueError):
+        looked_at = attention(centers, capture.axes).tolist()
     return {
         "layout": opened.layout,
         "frames": len(capture),
         "passes": len(set(capture.sequences)),
         "cameras": list(cameras),
         "dropped": opened.raw.dropped,
-        "unregistered": _unregistered(opened.raw.images, opened.skipped),
+        "unregistered": _unregistered(opened),
         "points": 0 if points is None else len(points.xyz),
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
-        "looked_at": _looked_at(capture),
+        "looked_at": looked_at,
         "bad": bad_frames.entries(health, capture.names),
         "worth_keeping": keep,
         "enough": enough,
     }
-
-
-def _looked_at(capture: Capture) -> list[float] | None:
-    """Return the coordinates of the point that the cameras look at, where there is one."""
-    try:
-        return attention(capture.centers, capture.axes).tolist()
-    except ValueError:
-        return None
 
 
 def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
@@ -116,14 +104,13 @@ def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
     return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
 
 
-def _unregistered(files: Sequence[image_files.Image], skipped: Collection[str]) -> list[str]:
+def _unregistered(opened: LazyCapture) -> list[str]:
     """Return names of images that lie beside the frames', without those skipped."""
-    known = {file for file in files if isinstance(file, Path)}
-    posed = {Path(name).name for name in skipped}
-    folders = sorted({file.parent for file in known})
+    known = {file for file in opened.raw.images if isinstance(file, Path)}
+    posed = {Path(name).name for name in opened.skipped}
     return [
         path.name
-        for folder in folders
+        for folder in sorted({file.parent for file in known})
         for path in sorted(folder.iterdir(), key=lambda path: natural(path.name))
         if path.suffix.lower() in bare.ENDINGS and path not in known and path.name not in posed
     ]

@@ -53,7 +53,7 @@ def reasons(dropped: dict[str, str]) -> str:
 
 
 def record_of(folder: Path) -> dict:
-    """Content of the record in a folder; empty where there is none.
+    """Read the record in a folder; empty where there is none.
 
     Raises:
         ValueError: for a file that is no record.
@@ -71,13 +71,9 @@ def record_of(folder: Path) -> dict:
 
 
 def open_as(args: argparse.Namespace, record: dict) -> None:
-    """Have a capture opened as the selection of a record opened it, which placed its video.
+    """Change a command line so that its capture is opened as the selection of a record opened it.
 
     Options of opening that the command line states stand; so does another capture.
-
-    Args:
-        args: the command line, which is changed.
-        record: see `record_of`.
     """
     known = record.get("capture", {"folder": ""})
     stated = any(getattr(args, name) != default for name, default in OPENING.items())
@@ -88,7 +84,7 @@ def open_as(args: argparse.Namespace, record: dict) -> None:
 
 
 def of_selection(args: argparse.Namespace) -> dict:
-    """The record where the capture of a command line is a folder that `fsel select` wrote.
+    """Return the record where the capture of a command line is a folder that `fsel select` wrote.
 
     The capture that was chosen from takes its place, opened as there: a video would be placed with
     other frames, and in another world.
@@ -102,7 +98,7 @@ def of_selection(args: argparse.Namespace) -> dict:
 
 
 def as_written(capture: Capture, record: dict) -> Capture:
-    """The capture of a record in the world that was written, which `--up` may have turned."""
+    """Return a record's capture in the world that was written, which `--up` may have turned."""
     if record.get("turn") is None:
         return capture
     turn, points = np.array(record["turn"]), capture.points

@@ -27,13 +27,6 @@ OPENING = {
 """What `add_opening` adds, and what they are where a command line does not say."""
 
 
-class Captures(argparse.Action):
-    """Storage of the first path as `capture`, and of the others as `beside`."""
-
-    def __call__(self, parser, namespace, values, option=None):
-        namespace.capture, *namespace.beside = values
-
-
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     """Return the type of a whole number between two bounds, both included."""
 
@@ -98,30 +91,24 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
     return command
 
 
-def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
-    """Add a command that reads a capture, or a model and a capture, with the options of those."""
+def capture_command(commands, name: str, text: str) -> argparse.ArgumentParser:
+    """Add a command that reads a capture, with the options of how it is opened."""
     command = bare_command(commands, name, text)
-    if model:
-        command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
-        command.add_argument(
-            "--capture", type=Path, required=True, help="folder of the capture, in its world frame"
-        )
-    else:
-        add_captures(command, "folder of the capture; or videos and folders of photos of one scene")
+    add_captures(command)
     add_opening(command)
     return command
 
 
-def add_opening(command: argparse.ArgumentParser) -> None:
+def add_captures(command: argparse.ArgumentParser) -> None:
+    """Add what is read: a capture, or several parts whose poses are found together."""
+    command.add_argument("capture", type=Path, help="folder of the capture, of photos, or a video")
+    more = "more videos and folders of photos of the same scene"
+    command.add_argument("beside", type=Path, nargs="*", help=more)
+
+
+def add_opening(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
     """Add options of how a folder or a video becomes a capture with poses."""
-    command.set_defaults(beside=[], by=None)
-    add_poses(command)
-    add_video(command)
-    add_reading(command)
-
-
-def add_poses(command: argparse._ActionsContainer) -> None:
-    """Add where poses come from, and what finds them."""
+    command.set_defaults(by=None)
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
@@ -129,15 +116,7 @@ def add_poses(command: argparse._ActionsContainer) -> None:
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
     add_features(command)
-
-
-def add_captures(command: argparse.ArgumentParser, text: str) -> None:
-    """Add what is read: a capture, or several whose poses are found together."""
-    command.add_argument("capture", type=Path, nargs="+", action=Captures, help=text)
-
-
-def add_reading(command: argparse._ActionsContainer) -> None:
-    """Add options of how a folder is read."""
+    add_video(command, most_frames)
     command.add_argument(
         "--layout",
         default=OPENING["layout"],
@@ -154,38 +133,33 @@ def add_reading(command: argparse._ActionsContainer) -> None:
     add_skipping(command)
 
 
-def add_skipping(command: argparse._ActionsContainer) -> None:
-    command.add_argument(
-        "--skip-unreadable",
-        action="store_true",
-        help="leave out frames whose image is missing or unreadable, and say which",
-    )
-
-
 def add_features(command: argparse._ActionsContainer) -> None:
-    command.add_argument(
-        "--features",
-        choices=("sift", "xfeat", "aliked"),
-        help="what COLMAP matches: SIFT by default; networks' are for what it does not place",
-    )
+    text = "what COLMAP matches: SIFT by default; networks' are for what it does not place"
+    command.add_argument("--features", choices=("sift", "xfeat", "aliked"), help=text)
 
 
-def add_video(command: argparse.ArgumentParser) -> None:
+def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
     """Add options of how a video is thinned."""
     thinned = command.add_mutually_exclusive_group()
-    thinned.add_argument(
-        "--video-frames",
-        type=whole(3, 100_000),
-        metavar="N",
-        help="of a video: the sharpest frame of each of N equal stretches",
-    )
+    if most_frames:
+        thinned.add_argument(
+            "--video-frames",
+            type=whole(3, 100_000),
+            metavar="N",
+            help="of a video: the sharpest frame of each of N equal stretches",
+        )
     thinned.add_argument(
         "--rate",
         type=positive,
         metavar="FPS",
-        help="of a video: stretches a second instead; 4 by default, and 100 to 300 in all (three "
-        "for each frame to pick, where that is more)",
+        help="of a video: frames a second that are taken; 4 by default, and 100 to 300 in all "
+        "(three for each frame to pick, where that is more)",
     )
+
+
+def add_skipping(command: argparse._ActionsContainer) -> None:
+    text = "leave out frames whose image is missing or unreadable, and say which"
+    command.add_argument("--skip-unreadable", action="store_true", help=text)
 
 
 def add_output(command: argparse.ArgumentParser, text: str):
@@ -217,16 +191,14 @@ def add_keeping(command: argparse._ActionsContainer) -> None:
 def add_object(command: argparse._ActionsContainer, what: str) -> None:
     """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
-    thing.add_argument(
-        "--masks",
-        type=Path,
-        metavar="DIR",
-        help=f"folder of object masks, named like the frames: {what}",
-    )
-    thing.add_argument(
-        "--box",
-        type=float,
-        nargs=6,
-        metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
-        help="the same for a box in world units",
-    )
+    masks = f"folder of object masks, named like the frames: {what}"
+    thing.add_argument("--masks", type=Path, metavar="DIR", help=masks)
+    corners = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
+    box = "the same for a box in world units"
+    thing.add_argument("--box", type=float, nargs=6, metavar=corners, help=box)
+
+
+def add_size(command: argparse.ArgumentParser, default: int | None, usual: str = "") -> None:
+    """Add the images' size; `usual` says the default that depends on other options."""
+    text = f"longer side in pixels of the images, {usual or default} by default"
+    command.add_argument("--long-side", type=whole(1, LARGEST), default=default, help=text)

@@ -11,7 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from fsel.cli.options import (
-    LARGEST,
     add_captures,
     add_checking,
     add_features,
@@ -19,6 +18,7 @@ from fsel.cli.options import (
     add_object,
     add_opening,
     add_output,
+    add_size,
     add_skipping,
     add_video,
     bare_command,
@@ -42,10 +42,14 @@ def parser() -> argparse.ArgumentParser:
     )
     root.add_argument("--version", action="version", version=f"fsel {version('fsel')}")
     commands = root.add_subparsers(required=True, metavar="COMMAND")
-    _add_demo(commands)
+    text = "Generate a small capture, and its video, to try fsel on."
+    demo = bare_command(commands, "demo", text)
+    demo.add_argument("scene", choices=("garden",), help="what it shows: garden")
+    add_output(demo, "folder to write")
     _add_poses(commands)
     add_select(commands)
-    _add_info(commands)
+    text = "Say what a capture holds, and how many frames seem worth keeping."
+    add_checking(capture_command(commands, "info", text))
     _add_compare(commands)
     _add_reconstruct(commands)
     _add_render(commands)
@@ -63,18 +67,10 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     return parser().parse_args(words, argparse.Namespace(words=words))
 
 
-def _add_demo(commands) -> None:
-    command = bare_command(
-        commands, "demo", "Generate a small capture, and its video, to try fsel on."
-    )
-    command.add_argument("scene", choices=("garden",), help="what it shows: garden")
-    add_output(command, "folder to write")
-
-
 def _add_poses(commands) -> None:
     text = "Find the poses of a video or of photos, and write them as a capture."
     command = bare_command(commands, "poses", text)
-    add_captures(command, "videos, folders of photos")
+    add_captures(command)
     found = command.add_mutually_exclusive_group()
     add_features(found)
     found.add_argument(
@@ -89,19 +85,9 @@ def _add_poses(commands) -> None:
     add_output(command, "folder to write")
 
 
-def _add_info(commands) -> None:
-    command = capture_command(
-        commands, "info", "Say what a capture holds, and how many frames seem worth keeping."
-    )
-    add_checking(command)
-
-
 def _add_compare(commands) -> None:
-    command = capture_command(
-        commands,
-        "compare",
-        "Reconstruct from what several methods pick, and compare renderings with held-out frames.",
-    )
+    text = "Reconstruct from what several methods pick, and compare with held-out frames."
+    command = capture_command(commands, "compare", text)
     command.add_argument(
         "-k", type=numbers, default=[10, 20, 30], help="numbers of frames, 10,20,30 by default"
     )
@@ -124,16 +110,13 @@ def _add_compare(commands) -> None:
     command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")
     _add_reconstructor(command)
     _add_metrics(command)
-    _add_size(command, default=192)
+    add_size(command, default=192)
     add_output(command, "folder to write")
 
 
 def _add_reconstruct(commands) -> None:
-    command = capture_command(
-        commands,
-        "reconstruct",
-        "Write a model of some frames as a 3DGS .ply.",
-    )
+    text = "Write a model of some frames as a 3DGS .ply."
+    command = capture_command(commands, "reconstruct", text)
     command.add_argument(
         "--frames",
         type=Path,
@@ -146,18 +129,18 @@ def _add_reconstruct(commands) -> None:
         help="by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts",
     )
     _add_reconstructor(command)
-    _add_size(command, None, "96 by default")
+    add_size(command, None, "96")
     add_output(command, "file to write")
     command.set_defaults(reconstructor=None)
 
 
 def _add_render(commands) -> None:
-    command = capture_command(
-        commands,
-        "render",
-        "Render a 3DGS .ply: compared with the frames of a capture, or as a video.",
-        model=True,
-    )
+    text = "Render a 3DGS .ply: compared with the frames of a capture, or as a video."
+    command = bare_command(commands, "render", text)
+    command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
+    capture = "folder of the capture, in its world frame"
+    command.add_argument("--capture", type=Path, required=True, help=capture)
+    add_opening(command)
     command.add_argument(
         "--targets",
         metavar="WHAT",
@@ -166,33 +149,22 @@ def _add_render(commands) -> None:
         "trajectory (which have no truth to compare with)",
     )
     _add_metrics(command)
-    _add_size(command, None, "384 by default, 1280 of a video")
+    add_size(command, None, "384 (of a video 1280)")
+    video = "a flight along the views instead, or between the frames: .mp4 to write"
     place = add_output(command, "folder to write")
-    place.add_argument(
-        "--video",
-        type=Path,
-        metavar="FILE",
-        help="a flight along the views instead, or between the frames: .mp4 to write",
-    )
-    command.add_argument(
-        "--seconds", type=positive, default=5.0, help="of the video, 5 by default; 30 frames each"
-    )
+    place.add_argument("--video", type=Path, metavar="FILE", help=video)
+    seconds = "of the video, 5 by default; 30 frames each"
+    command.add_argument("--seconds", type=positive, default=5.0, help=seconds)
+    command.set_defaults(beside=[])
 
 
 def _add_view(commands) -> None:
-    command = bare_command(
-        commands,
-        "view",
-        "Write a page that shows a 3DGS .ply, or a capture's points, with cameras and photos.",
-    )
-    command.add_argument(
-        "source",
-        type=Path,
-        nargs="+",
-        help="a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them",
-    )
+    text = "Write a page that shows a 3DGS .ply, or a capture's points, with cameras and photos."
+    command = bare_command(commands, "view", text)
+    source = "a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them"
+    command.add_argument("source", type=Path, nargs="+", help=source)
     add_opening(command)
-    _add_size(command, default=480)
+    add_size(command, default=480)
     place = add_output(command, "page to write, .html")
     place.add_argument(
         "--serve",
@@ -202,25 +174,15 @@ def _add_view(commands) -> None:
         metavar="PORT",
         help="show it from this machine instead, for models of 100 MB and more; 8000 by default",
     )
-    command.set_defaults(capture=None)
+    command.set_defaults(capture=None, beside=[])
 
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--metrics",
-        type=words,
-        default=(),
-        help="psnr,ssim,gmsd by default; lpips fetches its weights, 64 MB, the first time",
-    )
+    text = "psnr,ssim,gmsd by default; lpips fetches its weights, 64 MB, the first time"
+    command.add_argument("--metrics", type=words, default=(), help=text)
 
 
 def _add_reconstructor(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--reconstructor", default="splats", help="splats (by default), gaussians, ..."
-    )
+    text = "splats (by default), gaussians, ..."
+    command.add_argument("--reconstructor", default="splats", help=text)
     command.add_argument("--steps", type=whole(1), help="of gaussians, which are optimised")
-
-
-def _add_size(command: argparse.ArgumentParser, default: int | None, usual: str = "") -> None:
-    said = f"longer side in pixels of the images, {usual or f'{default} by default'}"
-    command.add_argument("--long-side", type=whole(1, LARGEST), default=default, help=said)

@@ -44,7 +44,9 @@ def run(args: argparse.Namespace, console: Console) -> None:
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         rows = _rendered(model, opened, targets, stage / "renders", metrics, console)
-        means = _means(rows, metrics) if len(targets.frames) else None
+        means = None
+        if len(targets.frames):
+            means = {m: round(float(np.mean([row[m] for row in rows])), 5) for m in metrics}
         content = {
             "model": str(args.model.resolve()),
             "capture": str(args.capture.resolve()),
@@ -70,12 +72,13 @@ def _rendered(
     console: Console,
 ) -> list[dict[str, str | float]]:
     """Write every view's picture, and return its metrics where there is a frame to compare with."""
-    truth = None
+    names, truth = [f"view_{t:03d}" for t in range(len(targets.views))], None
     if len(targets.frames):
+        names = file_names([opened.capture.names[frame] for frame in targets.frames])
         truth = opened.loaded(targets.frames, console.bar("images")).images
     folder.mkdir()
     rows = []
-    for t, name in enumerate(console.bar("rendering")(*_names(opened, targets))):
+    for t, name in enumerate(console.bar("rendering")(names, len(names))):
         image = model.render(targets.views.subset(slice(t, t + 1)))
         cv2.imwrite(str(folder / f"{name}.png"), levels(image[0])[..., ::-1])
         row: dict[str, str | float] = {"view": name}
@@ -86,27 +89,14 @@ def _rendered(
     return rows
 
 
-def _names(opened: LazyCapture, targets: Targets) -> tuple[list[str], int]:
-    """Return the views' names, of the frames that they are, else by number; and how many."""
-    count = len(targets.views)
-    if not len(targets.frames):
-        return [f"view_{t:03d}" for t in range(count)], count
-    return file_names([opened.capture.names[frame] for frame in targets.frames]), count
-
-
-def _means(rows: Sequence[dict], metrics: Metrics) -> dict[str, float]:
-    return {name: round(float(np.mean([row[name] for row in rows])), 5) for name in metrics}
-
-
 def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
     """Return the metrics, one row a view; or the views' names."""
     if means is None:
         return "".join(f"{row['view']}\n" for row in rows)
-    wide = max(len(row["view"]) for row in [*rows, {"view": "mean"}])
-    lines = [f"{'view':{wide}}  {heading(metrics)}"]
-    for row in [*rows, {"view": "mean", **means}]:
-        lines.append(f"{row['view']:{wide}}  {columns(row, metrics)}")
-    return "\n".join([*lines, ""])
+    rows = [*rows, {"view": "mean", **means}]
+    wide = max(len(row["view"]) for row in rows)
+    lines = [f"{row['view']:{wide}}  {columns(row, metrics)}" for row in rows]
+    return "\n".join([f"{'view':{wide}}  {heading(metrics)}", *lines, ""])
 
 
 def render_video(args: argparse.Namespace, console: Console, record: dict) -> None:

@@ -43,11 +43,8 @@ from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: what was tried so far decides; again to give up"
 LISTS = {"--always": 1, "--never": 1, "--force": 0}
-AGAINST = {
-    "-k": 1,
-    **dict.fromkeys(("--cover", "--cover-share", "--method"), 1),
-    **dict.fromkeys(("--vram", "--trainer", "--patience"), 1),
-}
+WITH_VALUE = ("-k", "--cover", "--cover-share", "--method", "--vram", "--trainer", "--patience")
+AGAINST = dict.fromkeys(WITH_VALUE, 1)
 """Options that do not go with frames to keep, and how many values each takes."""
 
 
@@ -154,15 +151,17 @@ def _shown(
     args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
-    frames = frames_shown(outcome)
-    pictures: dict[int, bytes] = {}
+    frames, made = frames_shown(outcome).tolist(), []
     if not args.geometry_only:
         side = picture_side(len(frames))
         made = thumbnails([source.raw.images[i] for i in frames], source.longest, side)
-        pictures = {int(i): jpeg for i, jpeg in zip(frames, made, strict=True) if jpeg}
-    again = commands(args, len(outcome.selection))
     return ReportContent(
-        outcome, content["frames"], content["left"], pictures, again, notes(source.found)
+        outcome=outcome,
+        picked=content["frames"],
+        left=content["left"],
+        pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
+        commands=commands(args, len(outcome.selection)),
+        notes=notes(source.found),
     )
 
 
@@ -202,8 +201,8 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
     if not patience.seconds:
         yield patience
         return
-    shown = console.seconds("trying", patience.seconds)
-    with shown as show, stopped_by_interrupt(console, TRIED) as stop:
+    bar = console.seconds("trying", patience.seconds)
+    with bar as show, stopped_by_interrupt(console, TRIED) as stop:
 
         def progress(made: int, planned: int, gone: float) -> bool:
             show(gone, f"{made} of {planned} fits")
@@ -213,12 +212,7 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
 
 
 def commands(args: argparse.Namespace, k: int) -> Commands:
-    """Return the command lines that a report offers.
-
-    Args:
-        args: of `fsel select`.
-        k: picks.
-    """
+    """Return the command lines that the report of `k` picks offers."""
     asked = without(args.words, LISTS)
     keeping = [*without(asked, AGAINST), "-k", str(k)]
     again = [["fsel", *words, "--force"] for words in (asked, keeping)]

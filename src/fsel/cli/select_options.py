@@ -10,9 +10,8 @@ from fsel.cli.options import (
     add_captures,
     add_keeping,
     add_object,
+    add_opening,
     add_output,
-    add_poses,
-    add_reading,
     bare_command,
     duration,
     number_or_auto,
@@ -32,17 +31,24 @@ RECORDED = (
 
 
 def add_select(commands) -> None:
-    command = bare_command(
-        commands, "select", "Pick the frames that best serve the views to be rendered."
-    )
-    add_captures(command, "folder of the capture; or videos and folders of photos of one scene")
+    text = "Pick the frames that best serve the views to be rendered."
+    command = bare_command(commands, "select", text)
+    add_captures(command)
     add_output(command, "folder to write")
     _add_number(command.add_argument_group("how many frames"))
-    _add_views(command.add_argument_group("for which views"))
+    views = command.add_argument_group("for which views")
+    views.add_argument(
+        "--targets",
+        metavar="WHAT",
+        help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
+        "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
+        "anything that the capture saw",
+    )
+    add_object(views, "targets that see the object, and features measured around it")
     _add_method(command.add_argument_group("what picks"))
-    _add_opening(command.add_argument_group("how the capture is opened"))
+    add_opening(command.add_argument_group("how the capture is opened"), most_frames=False)
     _add_form(command.add_argument_group("how the frames are written"))
-    command.set_defaults(beside=[], by=None, video_frames=None)
+    command.set_defaults(video_frames=None)
 
 
 def _add_number(group: argparse._ArgumentGroup) -> None:
@@ -79,21 +85,9 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_views(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--targets",
-        metavar="WHAT",
-        help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
-        "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
-        "anything that the capture saw",
-    )
-    add_object(group, "targets that see the object, and features measured around it")
-
-
 def _add_method(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--method", help="fsel (by default), less_is_more, uniform, fvs, nearest, ..."
-    )
+    method = "fsel (by default), less_is_more, uniform, fvs, nearest, ..."
+    group.add_argument("--method", help=method)
     group.add_argument(
         "--weights",
         type=Path,
@@ -108,12 +102,8 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
         "where nothing but -k is stated), or on the images of --targets that are frames, if it is "
         "stated; 0 for the rule alone",
     )
-    group.add_argument(
-        "--always", type=Path, metavar="NAMES", help="file of frames that are picked first"
-    )
-    group.add_argument(
-        "--never", type=Path, metavar="NAMES", help="file of frames that are not picked"
-    )
+    for name, text in (("always", "that are picked first"), ("never", "that are not picked")):
+        group.add_argument(f"--{name}", type=Path, metavar="NAMES", help=f"file of frames {text}")
     add_keeping(group)
     group.add_argument(
         "--geometry-only",
@@ -123,24 +113,9 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_opening(group: argparse._ArgumentGroup) -> None:
-    add_poses(group)
-    group.add_argument(
-        "--rate",
-        type=positive,
-        metavar="FPS",
-        help="of a video: frames a second that are taken; 4 by default, and 100 to 300 in all "
-        "(three for each frame to pick, where that is more)",
-    )
-    add_reading(group)
-
-
 def _add_form(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--undistort",
-        action="store_true",
-        help="write images and cameras without distortion, as trainers without it need",
-    )
+    undistort = "write images and cameras without distortion, as trainers without it need"
+    group.add_argument("--undistort", action="store_true", help=undistort)
     group.add_argument(
         "--up",
         choices=(TURNED, UNTURNED),
@@ -149,12 +124,8 @@ def _add_form(group: argparse._ArgumentGroup) -> None:
         "horizontal axes; none (by default): the capture's own world",
     )
     size = group.add_mutually_exclusive_group()
-    size.add_argument(
-        "--long-side",
-        type=whole(1, LARGEST),
-        metavar="PIXELS",
-        help="reduce the images to this longer side",
-    )
+    side = "reduce the images to this longer side"
+    size.add_argument("--long-side", type=whole(1, LARGEST), metavar="PIXELS", help=side)
     size.add_argument(
         "--link",
         action="store_true",

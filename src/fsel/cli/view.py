@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -25,24 +27,12 @@ from fsel.reconstruct import ply
 from fsel.selection.export.forms import CLOUD
 from fsel.selection.export.record import RECORD
 
-MODEL = "/model.ply"
+MODEL = "model.ply"  # where a page that is served finds it
 KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"
 
 
-@dataclass(frozen=True)
-class Sources:
-    """Files and folders that a command line names; see `sources_of`."""
-
-    model: Path | None
-    selection: Path | None
-    record: dict
-    capture: Path | None
-
-    @property
-    def read(self) -> list[Path]:
-        """The files and folders that are read."""
-        paths = (self.model, self.selection, self.capture)
-        return [path for path in paths if path is not None]
+Sources = dict[str, Path]
+"""Files and folders that are shown: `model`, `selection` and `capture`, those that there are."""
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -54,7 +44,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     if args.serve is not None:
         _serve(args, sources, console)
         return
-    with staged(args.out, sources.read, args.force, folder=False) as stage:
+    with staged(args.out, sources.values(), args.force, folder=False) as stage:
         content, _ = _scene(args, sources, console)
         page = _page(sources, content)
         stage.write_text(page, encoding="utf-8")
@@ -68,7 +58,7 @@ def sources_of(given: list[Path]) -> Sources:
     Raises:
         ValueError: for a path that is none of these, or two of a kind.
     """
-    found: dict[str, Path] = {}
+    found: Sources = {}
     for path in given:
         if not path.exists():
             raise ValueError(f"{path}: is not there. Hint: {KINDS}")
@@ -79,13 +69,13 @@ def sources_of(given: list[Path]) -> Sources:
         if kind in found:
             raise ValueError(f"{path}: a second {kind} beside {found[kind]}; allowed: one")
         found[kind] = path
-    model, record = found.get("model"), {}
     if "selection" in found:
-        record = record_of(found["selection"])
+        stated = record_of(found["selection"])["capture"]["folder"]
+        found.setdefault("capture", Path(stated))
         inside = [ply for ply in found["selection"].glob("*.ply") if ply.name != CLOUD]
-        model = model or (inside[0] if len(inside) == 1 else None)
-    stated = Path(record["capture"]["folder"]) if record else None
-    return Sources(model, found.get("selection"), record, found.get("capture", stated))
+        if len(inside) == 1:
+            found.setdefault("model", inside[0])
+    return found
 
 
 def _scene(
@@ -93,31 +83,30 @@ def _scene(
 ) -> tuple[dict, ply.Cloud | None]:
     """Return the content of the page, and the Gaussians that it shows."""
     cloud = None
-    if sources.model is not None:
-        cloud = ply.read(sources.model)
+    if "model" in sources:
+        cloud = ply.read(sources["model"])
         if not len(cloud.xyz):
-            raise ValueError(f"{sources.model}: holds no Gaussians, so nothing would be seen")
+            raise ValueError(f"{sources['model']}: holds no Gaussians, so nothing would be seen")
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
-    if sources.capture is None:
+    if "capture" not in sources:
         return viewer.scene(None, [], cloud, url=url), cloud
-    args.capture = sources.capture
-    open_as(args, sources.record)
+    args.capture = sources["capture"]
+    record = record_of(sources["selection"]) if "selection" in sources else {}
+    open_as(args, record)
     opened = open_capture.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
-    capture = as_written(capture, sources.record)
+    capture = as_written(capture, record)
     side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large
     pictures = in_turn(
         lambda at: jpeg(reduced(np.asarray(capture.images[at]), side)),
         opened.raw.images,
         console.bar("pictures"),
     )
-    cameras = _cameras(capture.names, pictures, sources.record)
-    said = ", ".join(
-        f"{sum(one.state == state for one in cameras)} {told['label']}"
-        for state, told in viewer.STATES.items()
-        if any(one.state == state for one in cameras)
-    )
-    console.say("capture", f"{counted(len(cameras), 'camera')}, {opened.layout}: {said}")
+    cameras = _cameras(capture.names, pictures, record)
+    states = Counter(camera.state for camera in cameras)
+    said = [f"{states[key]} {told['label']}" for key, told in viewer.STATES.items() if states[key]]
+    counts = counted(len(cameras), "camera")
+    console.say("capture", f"{counts}, {opened.layout}: {', '.join(said)}")
     return viewer.scene(capture, cameras, cloud, capture.points, url), cloud
 
 
@@ -146,11 +135,11 @@ def _cameras(
 
 
 def _page(sources: Sources, content: dict) -> str:
-    """The report of the selection, if there is one, with the scene in it; or the scene alone."""
-    if sources.selection is None:
-        names = [path.name for path in sources.read]
+    """Return the report of the selection, if there is one, with the scene in it; or the scene."""
+    if "selection" not in sources:
+        names = [path.name for path in sources.values()]
         return viewer.page(f"fsel view: {', '.join(names)}", content)
-    file = sources.selection / REPORT
+    file = sources["selection"] / REPORT
     try:
         return with_view(file.read_text(encoding="utf-8"), viewer.component(content))
     except (OSError, ValueError) as error:
@@ -159,39 +148,29 @@ def _page(sources: Sources, content: dict) -> str:
 
 def _serve(args: argparse.Namespace, sources: Sources, console: Console) -> None:
     """Answer a browser on this machine until Ctrl-C."""
-    answers: dict[str, tuple[str, bytes]] = {}
-    with _server(args.serve, answers) as server:
+    with TemporaryDirectory() as folder, _server(args.serve, folder) as server:
         content, cloud = _scene(args, sources, console, url=MODEL)
-        answers["/"] = ("text/html; charset=utf-8", _page(sources, content).encode())
+        Path(folder, "index.html").write_text(_page(sources, content), encoding="utf-8")
         if cloud is not None:
-            moved = viewer.moved(cloud, np.array(content["origin"]))
-            answers[MODEL] = ("application/octet-stream", moved)
+            Path(folder, MODEL).write_bytes(viewer.moved(cloud, np.array(content["origin"])))
         console.say("serving", f"http://127.0.0.1:{server.server_port}/ until Ctrl-C")
         with suppress(KeyboardInterrupt):
             server.serve_forever()
 
 
-def _server(port: int, answers: dict[str, tuple[str, bytes]]) -> ThreadingHTTPServer:
-    """Start a server of this machine that gives (type, content) of each path.
-
-    Raises:
-        ValueError: for a port that cannot be had.
-    """
-
-    class Answers(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            kind, body = answers.get(self.path, ("text/plain", b""))
-            self.send_response(200 if self.path in answers else 404)
-            self.send_header("Content-Type", kind)
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            with suppress(ConnectionError):  # the page was closed
-                self.wfile.write(body)
-
-        def log_message(self, *said: object) -> None:
-            """Nothing: a person looks at the page."""
-
+def _server(port: int, folder: str) -> ThreadingHTTPServer:
+    """Return a server of a folder for browsers on this machine; ValueError for a port in use."""
     try:
-        return ThreadingHTTPServer(("127.0.0.1", port), Answers)
+        return ThreadingHTTPServer(("127.0.0.1", port), partial(_Files, directory=folder))
     except OSError as error:
         raise ValueError(f"--serve {port}: {error.strerror}. Hint: another port") from error
+
+
+class _Files(SimpleHTTPRequestHandler):
+    """Answer with the files of a folder, and print nothing: a person looks at the page."""
+
+    def copyfile(self, source, outputfile) -> None:
+        with suppress(ConnectionError):  # the page was closed
+            super().copyfile(source, outputfile)
+
+    def log_message(self, *said: object) -> None: ...
