@@ -119,12 +119,7 @@ def select(
 
 
 def captured(source: Source, wanted: int = 0) -> Capture | LazyCapture:
-    """Open what holds a capture; of a video, more frames where so many are `wanted`.
-
-    Raises:
-        TypeError: for anything else.
-        ValueError, FileNotFoundError: as `fsel.read_capture`.
-    """
+    """Open what holds a capture; of a video, more frames where so many are `wanted`."""
     if isinstance(source, Capture):
         return source
     if isinstance(source, str | Path):

@@ -33,11 +33,8 @@ def in_words(health: Health, names: Sequence[str]) -> Iterator[tuple[str, str]]:
 
 
 def entries(health: Health, names: Sequence[str]) -> list[dict]:
-    """Return one entry a finding.
-
-    A bad frame that is not left out alone shows a part of the scene (`alone`), or is wanted, held
-    out, or needed to have enough frames. Duplicates may be picked.
-    """
+    """Return one entry a finding. A bad frame that is not left out alone shows a part of the scene
+    (`alone`), or is wanted, held out, or needed; duplicates may be picked."""
     gone, alone = set(health.left_out.tolist()), set(health.alone.tolist())
     return [
         {

@@ -1,10 +1,9 @@
 """Number of frames that is enough: what more would gain, predicted, and what memory allows.
 
-A frame serves a view to the degree that their images are alike. The shift of a view is the parallax
-and the turn between it and a picked frame, in fields of view: how far the image moves. A frame that
-is a whole field of view away serves the view as little as no frame. PSNR is predicted to fall in
-proportion to the mean shift of the views' closest, second and third picked frame; by how much was
-fitted to reconstructions of training scenes (`fsel.stages.fit_budget`).
+The shift of a view is the parallax and the turn between it and a picked frame, in fields of view:
+how far the image moves. PSNR is predicted to fall in proportion to the mean shift of the views'
+closest, second and third picked frame; by how much was fitted to reconstructions of training scenes
+(`fsel.stages.fit_budget`).
 """
 
 from __future__ import annotations
@@ -36,8 +35,8 @@ class Auto:
     Attributes:
         threshold: dB; picking ends where no further frames are predicted to gain as much each.
         memory: bytes that a reconstruction may take, or None.
-        size: (width, height) in pixels of the images that are reconstructed from, which `memory`
-            is counted by; the capture's own where it is None.
+        size: (width, height) in pixels of the images that `memory` is counted by; None for the
+            capture's own.
         trainer: whose memory it is, a key of `fsel.selection.budget.NEEDS`.
 
     Raises:
@@ -65,7 +64,7 @@ class Budget:
         rule: that it was found by.
         frames: how many.
         enough: the smallest number after which no frames are predicted to gain the threshold each.
-        within: the largest number that fit the memory, or None without one.
+        within: the largest number that fit the memory, or None.
         gain: dB that the last frame kept is predicted to gain.
         missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
     """
@@ -79,14 +78,9 @@ class Budget:
 
 
 def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
-    """(n, T) parallax and turn between frames and views, in fields of view; 1 at most.
+    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
 
     Parallax is the distance of the cameras over the median depth of what the pool looks at.
-
-    Args:
-        capture: with sparse points, where it has them, to tell depth.
-        pool: (n,) frames.
-        views: T views.
     """
     depth = np.median(viewing_distance(capture.views, capture.points)[pool])
     apart = pairwise_distances(capture.centers[pool], views.centers)
@@ -98,11 +92,7 @@ def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
 def shifts(shift: np.ndarray) -> np.ndarray:
     """(n + 1, 3) mean shift over the views of their closest, second and third picked frame.
 
-    Args:
-        shift: (n, T) of the picks in order, see `view_shift`.
-
-    Returns:
-        Row k is after k picks; what is not there counts as a shift of 1.
+    Row k is after k picks, whose (n, T) `view_shift` is in order; what is not there counts as 1.
     """
     closest = np.ones((NEAREST, shift.shape[1]))
     out = np.ones((len(shift) + 1, NEAREST))
@@ -113,40 +103,25 @@ def shifts(shift: np.ndarray) -> np.ndarray:
 
 
 def predicted(mean_shifts: np.ndarray, worth: np.ndarray) -> np.ndarray:
-    """(n + 1,) dB gained over no frames at all, never falling.
+    """(n + 1,) dB gained over no frames at all, of `shifts`, never falling.
 
-    Args:
-        mean_shifts: see `shifts`.
-        worth: (3,) dB that a field of view of the closest, second and third frame is worth.
+    `worth` is (3,) dB that a field of view of the closest, second and third frame is worth.
     """
     return (1 - mean_shifts) @ worth
 
 
 def enough(quality: np.ndarray, threshold: float) -> int:
     """The smallest number of frames, two or more, from which on no further ones gain as much as the
-    threshold each, on average.
+    threshold, in dB, each, on average; quality is (n + 1,) dB after 0, 1, ... n picks.
 
-    A single frame that gains little does not end the picking where the next ones gain more. The
-    number never falls when the threshold does, since it is the first that maximises the quality
-    less the threshold for each frame.
-
-    Args:
-        quality: (n + 1,) dB after 0, 1, ... n picks, n >= 2.
-        threshold: dB a frame.
+    A single frame that gains little does not end the picking where the next ones gain more.
     """
     return LEAST + int(np.argmax((quality - threshold * np.arange(len(quality)))[LEAST:]))
 
 
 def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
-    """Number of picks that suffices to find the budget.
-
-    With more, the whole gain would be below the threshold for each.
-
-    Args:
-        shift: (n, T) of the whole pool, in any order, see `view_shift`.
-        auto: the rule.
-        worth: see `predicted`.
-    """
+    """Number of picks of a pool, by its (n, T) `view_shift`, that suffices to find the budget: with
+    more, the whole gain would be below the threshold for each."""
     whole = (1 - np.sort(shift, axis=0)[:NEAREST].mean(axis=1)) @ worth[: len(shift)]
     return min(len(shift), LEAST + int(min(whole / auto.threshold, len(shift))))
 
@@ -155,7 +130,7 @@ def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray
     """Find how many of some picks to keep.
 
     Args:
-        shift: (n, T) of the picks in order, see `view_shift`; n from `most`.
+        shift: (n, T) `view_shift` of the picks in order; n from `most`.
         auto: the rule.
         size: (width, height) of the capture's images.
         worth: see `predicted`.
@@ -184,16 +159,8 @@ def shipped_worth() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Need:
-    """Bytes that a trainer needs at its peak.
-
-    Attributes:
-        fixed: whatever the frames.
-        frame: for each frame.
-        pixel: for each pixel of each frame.
-        gaussians: for each frame, at most.
-        gaussian: bytes for each of those.
-        share: of the memory that may be filled.
-    """
+    """Bytes that a trainer needs at its peak: `fixed`, for each frame, for each pixel of a frame,
+    and for each of so many Gaussians a frame. `share` of the memory may be filled."""
 
     fixed: float = 0
     frame: float = 0
@@ -227,12 +194,7 @@ NEEDS = {SPLATS: Need(pixel=32, share=1)} | TRAINERS  # position, opacity, depth
 
 
 def within(memory: float, size: tuple[int, int], trainer: str = SPLATS) -> int:
-    """The largest number of frames that fit.
-
-    Args:
-        memory: bytes.
-        size: (width, height) of the images that are reconstructed from.
-        trainer: a key of `NEEDS`.
+    """The largest number of frames of (width, height) pixels that fit into bytes of memory.
 
     Raises:
         ValueError: for an unknown trainer, or when not even two frames fit.

@@ -22,26 +22,20 @@ SCALE = 1000.0  # of the largest distance: sums in float32 then keep what tells 
 
 
 def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
-    """A few selections by name, (k,) ascending frames each.
+    """A few selections of a whole capture by name, (k,) ascending frames of its `sequence` each.
 
-    Args:
-        problem: of a whole capture.
-        k: how many of the frames of `problem.sequence`.
-
-    Returns:
-        `uniform`: uniform sampling. `middles`: the middles of k equal stretches. `kmedoids`: the
-        medoids of the frames' `scene_distances`. `steep_medoids`: those of the distances' third
-        power. `paced_medoids`: the same where a step along the sequence counts as a typical step
-        between neighbours. `covisibility`: see `fsel.selection.covisible`.
+    `uniform`: uniform sampling. `middles`: the middles of k equal stretches. `kmedoids`: the
+    medoids of the frames' `scene_distances`. `steep_medoids`: those of the distances' third power.
+    `paced_medoids`: the same where a step along the sequence counts as a typical step between
+    neighbours. `covisibility`: see `fsel.selection.covisible`.
     """
     pool = problem.sequence
     n = len(pool)
-    distance, middles = scene_distances(problem.capture, pool), stretches(n, k)
-    order = np.arange(n)
+    distance, order = scene_distances(problem.capture, pool), np.arange(n)
     pace = np.median(distance[order[:-1], order[1:]]) * np.abs(order[:, None] - order)
     rows = {
         EVEN: evenly(n, k),
-        "middles": middles,
+        "middles": stretches(n, k),
         "kmedoids": medoids(distance, k, 1),
         "steep_medoids": medoids(distance, k, STEEP),
         "paced_medoids": medoids(distance + pace, k, STEEP),
@@ -51,17 +45,11 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
 
 
 def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:
-    """A few selections by name, (k,) frames each, for targets that are frames of the capture.
+    """A few selections by name, (k,) frames each, for targets, (F,) frames that are not picked.
 
-    Args:
-        problem: of the targets.
-        rule: (k,) the picks of `fsel`, best first.
-        targets: (F,) frames, none of which may be picked.
-
-    Returns:
-        `nearest`: see `fsel.selectors.baselines.nearest`. `nearest_in_depths`: the same by
-        `scene_distances`. `half_nearest`: the first half of `nearest`, then the first of the rule.
-        `covisibility`: of what the targets see, see `fsel.selection.covisible`.
+    `nearest`: see `fsel.selectors.baselines.nearest`. `nearest_in_depths`: the same by
+    `scene_distances`. `half_nearest`: the first half of `nearest`, then the first of the rule's
+    (k,) picks. `covisibility`: of what the targets see, see `fsel.selection.covisible`.
     """
     pool, k = problem.sequence, len(rule)
     frames = np.union1d(pool, targets)
@@ -84,13 +72,8 @@ def stretches(count: int, k: int) -> np.ndarray:
 
 
 def medoids(distance: np.ndarray, k: int, power: float) -> np.ndarray:
-    """(k,) ascending rows, swapped one by one from evenly spaced ones until no swap lowers the sum.
-
-    Args:
-        distance: (n, n), symmetric.
-        k: how many.
-        power: of the distance to the nearest medoid, in the sum over all rows.
-    """
+    """(k,) ascending rows, swapped one by one from evenly spaced ones until no swap lowers the sum
+    over all rows of a power of the (n, n) distance to the nearest."""
     largest = distance.max()
     rows = (SCALE * (distance / (largest if largest > 0 else 1.0)) ** power).astype(np.float32)
     return np.sort(fasterpam(rows.__getitem__, len(rows), evenly(len(rows), k)))

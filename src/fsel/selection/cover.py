@@ -41,13 +41,7 @@ class Cover:
 
 
 def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:
-    """The same with frames that are picked first, so that points are seen so often.
-
-    Args:
-        problem: whose capture has sparse points.
-        k: a number of frames, or None for as few as needed.
-        times: how often the points that so many frames see are to be seen.
-        share: of these points, above 0 and up to 1.
+    """The same with frames that are picked first, so that a share of the points is seen so often.
 
     Raises:
         ValueError: for a capture without points that so many frames see, or more frames needed
@@ -79,17 +73,8 @@ def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> C
 def served(
     problem: Problem, picks: Mapping[Key, Sequence[np.ndarray]], times: int
 ) -> dict[Key, tuple[float, float]]:
-    """Return shares of sparse points that picks see often enough, and that uniform sampling does.
-
-    Args:
-        problem: the selection problem.
-        picks: key -> selections, whose mean share is returned.
-        times: how often; points that fewer observed frames see do not count.
-
-    Returns:
-        Key -> share of the picks, and of as many frames evenly spaced; nothing for a capture
-        without such points.
-    """
+    """Return by key the mean share of points that selections see often enough, and that as many
+    frames evenly spaced do; nothing for a capture without points that so many frames see."""
     try:
         often = sighted(problem, times)
     except ValueError:
@@ -107,14 +92,11 @@ def served(
 
 
 def sighted(problem: Problem, times: int) -> Callable[[np.ndarray], tuple[int, ...]]:
-    """Make what counts the points that observed frames see 0, 1, ..., `times` times or more.
-
-    Args:
-        problem: whose capture has sparse points.
-        times: points that fewer observed frames see do not count.
+    """Make what counts the points that frames see 0, 1, ..., `times` times or more, of those that
+    so many see.
 
     Raises:
-        ValueError: for a capture without points that so many frames see.
+        ValueError: for a capture without such points.
     """
     from fsel.selection.multicover import sightings, wanted
 

@@ -14,9 +14,7 @@ import numpy as np
 from fsel.core.problem import Problem
 from fsel.selectors.baselines.covisibility import Tracks, tracks
 
-FOLD = np.radians(
-    15
-)  # angle between two directions to a point over which a pick's worth falls to 1/e
+FOLD = np.radians(15)  # between directions to a point: a pick's worth falls to 1/e over it
 SECOND = 0.3  # share of the second best pick
 PAIRS = 4_000_000  # of observations of one point that are held at most: 32 MB
 ROUNDS = 4  # over all picks, each of which may be exchanged
@@ -30,18 +28,16 @@ Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
 def covisible(
     problem: Problem, pool: np.ndarray, k: int, targets: np.ndarray | None = None
 ) -> np.ndarray:
-    """(k,) rows of a pool of frames, ascending, that serve the frames of the pool best.
+    """(k,) ascending rows of a pool, (n,) ascending frames, that serve the frames of the pool best.
 
-    Args:
-        problem: whose capture has sparse points; without any, the reference points of the frames
-            stand in, see `fsel.selectors.baselines.covisibility.tracks`.
-        pool: (n,) ascending frames, n >= k.
-        k: how many.
-        targets: (n,) bool: frames that are served and not picked; None where all are both.
+    `targets`, (n,) bool, are frames that are served and not picked; None where all are both.
     """
     seen = tracks(problem, pool)
     pairs = _pairs(seen.arrays, _kept(seen), FOLD)
-    weight, taken = _weights(seen.row, pairs[1], len(pool)), np.zeros(len(pool), bool)
+    # the observations that are held count one together for each frame
+    weight, held = np.zeros(len(seen.row)), np.unique(pairs[1])
+    weight[held] = 1 / np.bincount(seen.row[held], minlength=len(pool))[seen.row[held]]
+    taken = np.zeros(len(pool), bool)
     if targets is not None:
         weight, taken = weight * targets[seen.row], targets.copy()
     return np.sort(_exchanged(pairs, weight, k, ROUNDS, taken))
@@ -56,19 +52,11 @@ def _kept(seen: Tracks) -> np.ndarray:
     return kept
 
 
-def _weights(row: np.ndarray, partner: np.ndarray, count: int) -> np.ndarray:
-    """(L,) of the observations: those that are held count one together for each frame."""
-    weight = np.zeros(len(row))
-    held = np.unique(partner)
-    weight[held] = 1 / np.bincount(row[held], minlength=count)[row[held]]
-    return weight
-
-
 @_jit
 def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pairs:
     """List for each row the observations of the points it sees, its own too, and its worths.
 
-    Returns (n + 1,) starts of the rows' parts, (P,) int32 observations, (P,) float32 worths.
+    Return (n + 1,) starts of the rows' parts, (P,) int32 observations, (P,) float32 worths.
     """
     point_start, _, point, bearing, row_start, seen = arrays
     n = len(row_start) - 1
@@ -143,10 +131,7 @@ def _best(
 def _exchanged(
     pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
 ) -> np.ndarray:
-    """(k,) rows: the greedy ones, each exchanged for a better one as long as there is any.
-
-    `picked` tells the rows that are not free.
-    """
+    """(k,) rows: the greedy ones, each exchanged for a better free one as long as there is any."""
     count, picks = len(weight), np.empty(k, np.int64)
     first, second = np.zeros(count, np.float32), np.zeros(count, np.float32)
     for i in range(k):

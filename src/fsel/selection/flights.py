@@ -21,9 +21,6 @@ def flight(capture: Capture, request: Request, count: int, long_side: int) -> Vi
         request: as `targets_of` takes it; frames are flown through in the capture's order.
         count: how many views; of a camera path's file no more than it has.
         long_side: pixels of the longer side, which may be more than the capture's.
-
-    Raises:
-        ValueError, FileNotFoundError: as `targets_of`.
     """
     targets = targets_of(capture, request, count)
     views = between(targets.views, count) if len(targets.frames) else targets.views

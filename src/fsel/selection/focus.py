@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -43,11 +43,7 @@ class Focus:
 def focus_of(
     source: Focus | str | Path | Sequence[float] | None, opened: LazyCapture | Capture
 ) -> Focus | None:
-    """Return the object of a folder of masks, or of the six numbers of a box in the scene.
-
-    Raises:
-        ValueError, FileNotFoundError: see `from_masks`, `from_box`, `check_within`.
-    """
+    """Return the object of a folder of masks, or of the six numbers of a box in the scene."""
     if source is None or isinstance(source, Focus):
         return source
     if isinstance(source, str | Path):
@@ -77,15 +73,7 @@ def from_box(values: np.ndarray) -> Focus:
 
 
 def check_within(focus: Focus, bounds: np.ndarray) -> None:
-    """Refuse an object outside of the scene.
-
-    Args:
-        focus: the object.
-        bounds: (2, 3) least and greatest corner of the scene, see `scene_bounds`.
-
-    Raises:
-        ValueError: with the bounds.
-    """
+    """Refuse an object outside of the (2, 3) `scene_bounds`."""
     low, high = focus.corners.min(axis=0), focus.corners.max(axis=0)
     if np.any(low > bounds[1]) or np.any(high < bounds[0]):
         raise ValueError(
@@ -96,12 +84,8 @@ def check_within(focus: Focus, bounds: np.ndarray) -> None:
 
 
 def scene_bounds(capture: Capture) -> np.ndarray:
-    """(2, 3) least and greatest corner of the box of the cameras and of 98 % of the points.
-
-    Args:
-        capture: with its sparse points; where it has none, what the cameras look at stands for
-            them, on all sides of where it is.
-    """
+    """(2, 3) least and greatest corner of the box of the cameras and of 98 % of the points; where
+    there are none, what the cameras look at stands for them, on all sides of where it is."""
     centers = capture.centers
     if capture.points is not None and len(capture.points.xyz):
         seen = np.percentile(capture.points.xyz, [1, 99], axis=0)
@@ -116,10 +100,6 @@ def scene_bounds(capture: Capture) -> np.ndarray:
 def from_masks(capture: Capture, folder: str | Path) -> Focus:
     """An object from masks, white on black, named like the frames; frames may lack one.
 
-    Args:
-        capture: the capture.
-        folder: `name.png`, or `name.jpg.png` as COLMAP has it.
-
     Raises:
         ValueError: when fewer than two masks show the object, or a file cannot be read.
         FileNotFoundError: when there is no such folder.
@@ -128,47 +108,33 @@ def from_masks(capture: Capture, folder: str | Path) -> Focus:
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such folder of masks")
     hint = f"they are named like the frames, for instance {Path(capture.names[0]).stem}.png"
-    found = _seen_in(capture, _opened(folder, capture.names), str(folder), hint)
-    return replace(found, masks=folder)
-
-
-def _opened(folder: Path, names: Sequence[str]) -> Iterator[tuple[int, np.ndarray]]:
-    """Number and (h, w) mask of every frame that has one."""
-    for row, name in enumerate(names):
-        if file := mask_file(folder, name):
-            yield row, load_white(file)
+    files = ((row, mask_file(folder, name)) for row, name in enumerate(capture.names))
+    masks = ((row, load_white(file)) for row, file in files if file)
+    return replace(_seen_in(capture, masks, str(folder), hint), masks=folder)
 
 
 def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
-    """The object that a capture's own masks show.
-
-    Args:
-        capture: with masks.
-        frames: (n,) the frames whose masks may be used.
+    """The object that the masks of (n,) frames of a capture show.
 
     Raises:
         ValueError: when the capture has no masks, or fewer than two of these show the object.
     """
-    if capture.masks is None:
-        raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
     stored = capture.masks
+    if stored is None:
+        raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
     masks = ((int(row), np.asarray(stored[row])) for row in frames)
     hint = f"masks of {counted(len(frames), 'frame')} were looked at"
     return _seen_in(capture, masks, capture.source, hint)
 
 
 def mask_file(folder: Path, name: str) -> Path | None:
-    """A frame's mask in a folder of them, if it is there."""
+    """A frame's mask in a folder: `name.png`, or `name.jpg.png` as COLMAP has it; None without."""
     files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
     return next((file for file in files if file.is_file()), None)
 
 
 def load_white(file: Path) -> np.ndarray:
-    """(h, w) bool, the white pixels of a mask.
-
-    Raises:
-        ValueError: for an image in colour, or an unreadable one, named.
-    """
+    """(h, w) bool, the white pixels of a mask; an image in colour is refused."""
     image = np.ascontiguousarray(image_files.load(file))
     channels = cv2.split(image)
     spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
@@ -200,28 +166,19 @@ def _seen_in(
             f"{where}: the object is in {counted(len(rays), 'mask')}, at least two are needed; "
             f"{hint}"
         )
-    center = _closest_point(np.array(origins), directions(np.array(rays), np.zeros(3)))
-    return Focus(center, center[None], f"{counted(len(rays), 'mask')} in {where}")
-
-
-def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:
-    weight = np.ones(len(origins))
+    bearings, weight = directions(np.array(rays), np.zeros(3)), np.ones(len(origins))
     for _ in range(ROUNDS):
-        matrix, right, across = line_equations(origins, bearings, weight)
-        point, *_ = np.linalg.lstsq(matrix, right, rcond=None)
-        gap = np.linalg.norm(np.einsum("nij,nj->ni", across, point - origins), axis=1)
+        matrix, right, across = line_equations(np.array(origins), bearings, weight)
+        center, *_ = np.linalg.lstsq(matrix, right, rcond=None)
+        gap = np.linalg.norm(np.einsum("nij,nj->ni", across, center - origins), axis=1)
         weight = 1 / np.maximum(gap, 1e-6 * (1 + gap.max()))
-    return point
+    return Focus(center, center[None], f"{counted(len(rays), 'mask')} in {where}")
 
 
 def outlines(
     capture: Capture, frames: np.ndarray, focus: Focus | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the frames that show an object, and (n, h, w) where; or all of them and None.
-
-    Raises:
-        ValueError: when none of the frames shows it.
-    """
+    """Return the frames that show an object, and (n, h, w) where; or all of them and None."""
     if focus is None:
         return frames, None
     from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
@@ -238,16 +195,7 @@ def outlines(
 
 
 def masked(capture: Capture, frames: np.ndarray, folder: Path) -> np.ndarray:
-    """(n, h, w) bool of the object's masks in a folder; a frame without one shows nothing of it.
-
-    Args:
-        capture: whose images' size the masks are brought to.
-        frames: (n,) of it.
-        folder: see `fsel.selection.focus.from_masks`.
-
-    Raises:
-        ValueError: for an unreadable mask.
-    """
+    """(n, h, w) bool of the object's masks in a folder, at the size of the capture's images."""
     width, height = capture.size
     shown = np.zeros((len(frames), height, width), bool)
     for at, frame in enumerate(frames):
@@ -258,13 +206,7 @@ def masked(capture: Capture, frames: np.ndarray, folder: Path) -> np.ndarray:
 
 
 def boxed(capture: Capture, frames: np.ndarray, box: Focus) -> np.ndarray:
-    """(n, h, w) bool, the outline of a box; empty where a corner of it lies behind the camera.
-
-    Args:
-        capture: the capture.
-        frames: (n,) of it.
-        box: see `fsel.selection.focus.from_box`.
-    """
+    """(n, h, w) bool, the outline of a box; empty where a corner of it lies behind the camera."""
     width, height = capture.size
     shown = np.zeros((len(frames), height, width), np.uint8)
     for at, frame in enumerate(frames):

@@ -31,11 +31,7 @@ def frames_wished(capture: Capture, wish: Wish) -> np.ndarray:
 
 
 def named_in(path: Path, capture: Capture) -> np.ndarray:
-    """(n,) numbers of the distinct frames that a file names, one a line, in its order.
-
-    Raises:
-        ValueError: when it names none, or one that the capture does not have.
-    """
+    """(n,) numbers of the distinct frames that a file names, one a line, in its order."""
     names = [line.strip() for line in read_text(path).splitlines()]
     return _numbers(capture, [name for name in names if name], path)
 
@@ -64,14 +60,11 @@ def _numbers(
         raise ValueError(f"{where}no frame is named")
     rows = {name: i for i, name in enumerate(capture.names)}
     named = [slashed(f) if isinstance(f, str) and f not in rows else f for f in named]
-    unknown = [
-        frame
-        for frame in named
-        if (frame not in rows if isinstance(frame, str) else not 0 <= frame < len(capture))
-    ]
-    if unknown:
+    numbers = [rows.get(f, -1) if isinstance(f, str) else int(f) for f in named]
+    known = range(len(capture))
+    if unknown := [frame for frame, n in zip(named, numbers, strict=True) if n not in known]:
         raise ValueError(
             f"{where}{counted(len(unknown), 'frame')} not in the capture, the first "
             f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
         )
-    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in named)))
+    return np.array(list(dict.fromkeys(numbers)))

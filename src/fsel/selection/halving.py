@@ -1,14 +1,12 @@
 """Selections compared on a capture's own frames by successive halving.
 
-Not in the paper. No single rule wins on every capture: uniform sampling is hard to beat where a
-camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed
-and scored on frames that neither they nor uniform sampling contain: by `splats`, and those ahead
-there by small `gaussians` too. Another one replaces uniform sampling where both reconstructors put
-it ahead by 0.2 dB and not behind in SSIM, and their mean by 0.5 dB and beyond chance.
+Not in the paper. No single rule wins on every capture. So a few selections are reconstructed and
+scored on frames that neither they nor uniform sampling contain: by `splats`, and those ahead there
+by small `gaussians` too. Another one replaces uniform sampling where both reconstructors put it
+ahead by 0.2 dB and not behind in SSIM, and their mean by 0.5 dB and beyond chance.
 
-With targets that are frames, their own images can score instead. Then the first selection is the
-rule's, and another one is kept where `gaussians` put it ahead by 0.2 dB. Gains:
-docs/results/captures_unknown.md.
+With targets that are frames, their own images can score instead: another selection replaces the
+rule's where `gaussians` put it ahead by 0.2 dB. Gains: docs/results/captures_unknown.md.
 """
 
 from __future__ import annotations
@@ -50,8 +48,6 @@ SIDE = 64  # pixels
 SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
 METRICS = ("psnr", "ssim")
 BLOCK = 32  # frames that are opened at a time, at the size they have
-
-
 LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
 
 
@@ -69,7 +65,7 @@ def validated(
         targets: (F,) frames that are held out; empty where the whole capture is to be rendered.
 
     Returns:
-        What was found; None without patience, or with too few frames to reconstruct or to score.
+        None without patience, or with too few frames to reconstruct or to score.
     """
     halving = halving_of(problem, rule, targets) if patience.seconds else None
     if halving is None:
@@ -86,23 +82,17 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     if k < LEAST_PICKS or spare < acceptance.validation:
         return None
     if problem.targets_unknown:
-        picks = {EVEN: pool[evenly(len(pool), k)], RULE: rule} | candidates(problem, k)
+        tried = {EVEN: pool[evenly(len(pool), k)], RULE: rule} | candidates(problem, k)
     else:
-        picks = {RULE: rule} | serving(problem, rule, targets)
+        tried = {RULE: rule} | serving(problem, rule, targets)
+    names: dict[tuple[int, ...], str] = {}
+    for name, frames in tried.items():
+        names.setdefault(subset_key(frames), name)
+    picks = {name: np.array(key) for key, name in names.items()}
     validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]
-    picks = _distinct(picks)
-    return SuccessiveHalving(
-        small_fits(problem.capture, validation, picks), picks, validation, acceptance
-    )
-
-
-def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The same in ascending order, without those that equal one before them."""
-    names: dict[tuple[int, ...], str] = {}
-    for name, frames in picks.items():
-        names.setdefault(subset_key(frames), name)
-    return {name: np.array(key) for key, name in names.items()}
+    score = small_fits(problem.capture, validation, picks)
+    return SuccessiveHalving(score, picks, validation, acceptance)
 
 
 class SuccessiveHalving:
@@ -132,12 +122,8 @@ class SuccessiveHalving:
         self._started: float | None = None
 
     def run(self, share: int, patience: TimeBudget) -> ValidationResult:
-        """All heats, or those before the time is over.
-
-        Args:
-            share: fits of a selection in the first heat.
-            patience: for how long, and what follows the progress. The time runs from the end of the
-                first fit by `gaussians`, which may have to be compiled.
+        """Run all heats, with `share` fits of a selection in the first, or those before the time is
+        over. It runs from the end of the first fit by `gaussians`, which may have to be compiled.
         """
         for name in (self._first, *self._hopeful) if self._hopeful and self._rule.sure else ():
             self._scores[name]["splats"].append(self._score(self._picks[name], None))
@@ -256,20 +242,11 @@ def _chance(trial: CandidateScore) -> float:
 
 
 Scorer = Callable[[np.ndarray, int | None], np.ndarray]
-"""(K,) frames -> (W, 2) PSNR in dB and SSIM of the validation frames.
-
-By `gaussians` of a seed, or for None by `splats`, which has no chance in it.
-"""
+"""(K,) frames -> (W, 2) PSNR in dB and SSIM by `gaussians` of a seed, or, for None, `splats`."""
 
 
 def small_fits(capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]) -> Scorer:
-    """Make what fits selections at a small size, the only frames opened being those it needs.
-
-    Args:
-        capture: at any size.
-        validation: (W,) frames that are scored.
-        picks: the selections that will be fitted.
-    """
+    """Make what fits the selections at a small size and scores them on (W,) validation frames."""
     needed = np.unique(np.concatenate([validation, *picks.values()]))
     small, rows = _small(capture, needed), np.searchsorted(needed, validation)
     truth, views = np.asarray(small.images[rows]), small.view(rows)

@@ -18,17 +18,11 @@ _jit = numba.njit(cache=True, nogil=True)
 
 
 def multicover(seen: Tracks, times: int, share: float = 1.0) -> np.ndarray:
-    """(m,) int64 rows, most useful first, so that points are seen `times` times.
+    """(m,) int64 rows, most useful first, so that a share of the points is seen `times` times.
 
     What counts are the points that so many rows see. Two rows or more are to see a point from
     directions two degrees apart, or as far apart as any two rows do. A row that widens the
     directions of a point counts as much of a sighting as it brings them nearer to that.
-
-    Args:
-        seen: which rows see which points, see `fsel.selectors.baselines.covisibility.tracks`.
-        times: 1 or more.
-        share: of the points that count, which is to be seen so often. All of them often take all
-            rows: many points are seen by hardly more rows than `times`.
     """
     counted = wanted(seen, times)
     enough = int(np.ceil(share * counted.sum()))
@@ -85,10 +79,8 @@ def _widened(arrays: Arrays, own: int, picked: np.ndarray, width: float) -> floa
 def _greedy(
     arrays: Arrays, counted: np.ndarray, least: np.ndarray, times: int, enough: int
 ) -> np.ndarray:
-    """The row that adds most, again and again; the lowest of equals.
-
-    Of all points, until none adds anything; of some, until enough of them are seen so often.
-    """
+    """The row that adds most, the lowest of equals, until none adds anything, or, of a share of the
+    points, enough of them are seen so often."""
     _, _, point, _, row_start, seen = arrays
     n = len(row_start) - 1
     picked, rows = np.zeros(n, np.bool_), np.empty(n, np.int64)

@@ -2,8 +2,7 @@
 
     ns-train splatfacto fsel-data --data captures/garden --k 30
 
-`fsel` is to be installed where nerfstudio is. The selection is made once, by the settings below,
-and kept in the user's cache.
+The selection is made once, by the settings below, and kept in the user's cache.
 """
 
 from __future__ import annotations
@@ -62,11 +61,7 @@ class Selected(Nerfstudio):
 
 
 def selection(config: FselConfig) -> Path:
-    """The folder of a selection, made where it is not there yet.
-
-    Raises:
-        ValueError: see `fsel.select`; or for images that were reduced by other means.
-    """
+    """The folder of a selection, made where it is not there yet."""
     if config.downscale_factor not in (None, 1):
         raise ValueError(
             f"downscale_factor is {config.downscale_factor}; fsel-data reduces images by "

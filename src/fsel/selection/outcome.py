@@ -11,7 +11,6 @@ import numpy as np
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import Health
 from fsel.core.capture import Capture, Views
-from fsel.core.geometry import pose_distance
 from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Method
@@ -39,13 +38,12 @@ class Selection:
         names: k frame names in pick order.
         indices: (k,) int64 their numbers in the capture.
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
-        seconds: spent selecting, features and what was tried included, images and their sharpness
-            excluded.
+        seconds: spent selecting, without images and their sharpness.
         capture: that was selected from.
-        budget: how k was found, where it was to be found.
+        budget: how k was found.
         tried: what was tried on the capture's own frames, or on the targets' images.
-        cover: how often the picks see the sparse points, where a cover was stated.
-        held_out: (F,) int64 frames that are targets, and were never to be selected.
+        cover: how often the picks see the sparse points.
+        held_out: (F,) int64 frames that are targets.
     """
 
     names: tuple[str, ...]
@@ -111,10 +109,9 @@ class Selection:
 class ViewProximity:
     """How close picks, in order, are to the target views; printed as service.
 
-    A frame is as close to a view as `fsel.features.conditioned` says. A view's closest picked
-    frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
-    several, and each further one says less. Proximity is that sum over the same of all frames,
-    averaged over the views; all frames together give 1.
+    A view's closest picked frame counts in full, the second closest half, the next a quarter, and
+    so on, by `fsel.features.conditioned.closeness`. Proximity is that sum over the same of all
+    frames, averaged over the views; all frames together give 1.
 
     Attributes:
         curve: (k,) service after each pick, never falling.
@@ -130,14 +127,7 @@ class ViewProximity:
 def proximity_of(
     capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray
 ) -> ViewProximity:
-    """Measure how close picked frames are to target views.
-
-    Args:
-        capture: the capture.
-        views: T target views.
-        pool: (n,) frames that could be picked, ascending.
-        picks: (k,) of them, in pick order.
-    """
+    """Measure how close (k,) picks of a pool, (n,) ascending frames, are to T target views."""
     close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
     rows = np.searchsorted(pool, picks)
     whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
@@ -146,11 +136,7 @@ def proximity_of(
     for step, row in enumerate(rows):
         best = _closest(np.concatenate([best, close[row, None]]))
         curve[step] = np.mean(SHARES @ best / whole)
-    return ViewProximity(
-        curve=curve,
-        gain=np.diff(curve, prepend=0.0),
-        nearest_view=np.argmax(close[rows], axis=1),
-    )
+    return ViewProximity(curve, np.diff(curve, prepend=0.0), np.argmax(close[rows], axis=1))
 
 
 def _closest(closeness: np.ndarray) -> np.ndarray:
@@ -158,28 +144,15 @@ def _closest(closeness: np.ndarray) -> np.ndarray:
     return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
 
 
-def closest_pick(capture: Capture, picks: np.ndarray) -> np.ndarray:
-    """(N,) for every frame the pick with the closest pose."""
-    distance = pose_distance(
-        capture.centers, capture.axes, capture.centers[picks], capture.axes[picks]
-    )
-    return picks[np.argmin(distance, axis=1)]
-
-
 @dataclass(frozen=True)
 class Outcome:
     """A selection with what it was made from.
 
     Attributes:
-        capture: the capture.
-        targets: views to be rendered.
-        selection: the picks.
-        method: of the request.
+        capture, targets, selection, method, focus: of the request.
         health: what is wrong with which frames; None where it was not looked for.
-        focus: the object that targets must see.
         seconds: of each step.
-        seen: sparse points that the picks see, whose tracks number the picks in their order; None
-            without points.
+        seen: sparse points that the picks see, whose tracks number the picks in their order.
     """
 
     capture: Capture
@@ -208,8 +181,7 @@ class Outcome:
 
     @cached_property
     def served(self) -> np.ndarray:
-        """(T,) frames that service is measured at where the whole capture is the target: at the few
-        views that stand for it, the curve would bend at their number."""
+        """(T,) frames that service is measured at where the whole capture is the target."""
         return evenly(len(self.capture), MOST_VIEWS)
 
     @cached_property
@@ -223,8 +195,8 @@ class Outcome:
 
     @cached_property
     def sights(self) -> np.ndarray | None:
-        """(k,) of each pick the share of the picks' points that it sees and fewer than two earlier
-        picks do; None without points."""
+        """(k,) of each pick the share of the picks' points that it is the first or second to see;
+        None without points."""
         if self.seen is None or not len(self.seen.track_point):
             return None
         k = len(self.selection.indices)

@@ -34,9 +34,6 @@ TURN = np.radians(12)  # of a turn about each of them
 def attention(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(3,) the point closest to all optical axes, by least squares.
 
-    Args:
-        centers, axes: (N, 3) camera centres and unit optical axes.
-
     Raises:
         ValueError: when the cameras look along parallel lines, or mostly away from the point.
     """
@@ -57,13 +54,6 @@ def orbit(capture: Capture, count: int) -> Views:
     """Views around the point of attention, at the cameras' median distance and height.
 
     The part of the circle that no camera filmed (a gap of 60 degrees or more) is left out.
-
-    Args:
-        capture: the capture.
-        count: how many views.
-
-    Raises:
-        ValueError: see `attention`.
     """
     centers = capture.centers
     point = attention(centers, capture.axes)
@@ -71,22 +61,17 @@ def orbit(capture: Capture, count: int) -> Views:
     side, ahead = plane_basis(up)
     offset = centers - point
     azimuth = np.arctan2(offset @ ahead, offset @ side)
-    start, span = _filmed_arc(azimuth)
+    ordered = np.sort(azimuth)
+    gaps = np.diff(np.append(ordered, ordered[0] + 2 * np.pi))
+    largest = int(np.argmax(gaps))
+    start, span = ordered[0], 2 * np.pi
+    if gaps[largest] >= GAP:
+        start, span = ordered[(largest + 1) % len(ordered)], 2 * np.pi - gaps[largest]
     turn = start + span * np.arange(count) / (count if span >= 2 * np.pi else max(count - 1, 1))
     radius = np.median(np.hypot(offset @ side, offset @ ahead))
     height = np.median(offset @ up)
     ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * ahead
     return looking_at(point + radius * ring + height * up, point, up, capture)
-
-
-def _filmed_arc(azimuth: np.ndarray) -> tuple[float, float]:
-    """Start and width of the arc around the largest gap; a whole turn where gaps are small."""
-    ordered = np.sort(azimuth)
-    gaps = np.diff(np.append(ordered, ordered[0] + 2 * np.pi))
-    largest = int(np.argmax(gaps))
-    if gaps[largest] < GAP:
-        return float(ordered[0]), 2 * np.pi
-    return float(ordered[(largest + 1) % len(ordered)]), float(2 * np.pi - gaps[largest])
 
 
 def looking_at(centers: np.ndarray, point: np.ndarray, up: np.ndarray, capture: Capture) -> Views:
@@ -100,11 +85,9 @@ def looking_at(centers: np.ndarray, point: np.ndarray, up: np.ndarray, capture: 
 
 
 def trajectory(capture: Capture, count: int) -> Views:
-    """Views along the smoothed camera path of a video, evenly spaced in time.
+    """Views along the smoothed path of frames in the order of filming, evenly spaced in time.
 
-    Args:
-        capture: frames in the order of filming.
-        count: how many views; poses are means over neighbouring frames of the same pass.
+    Poses are means over neighbouring frames of the same pass.
     """
     n = len(capture)
     passes = np.array(capture.sequences)
@@ -117,13 +100,8 @@ def trajectory(capture: Capture, count: int) -> Views:
 def whole(capture: Capture, count: int) -> Views:
     """Views that stand for all of a capture: means of frames evenly drawn and their neighbours.
 
-    They lie between the frames. At the frames' own poses, the few that were drawn would be picked,
-    being their own targets. Neighbours are found by pose, not by order, so that an unordered set of
-    photos works like a video.
-
-    Args:
-        capture: the capture.
-        count: how many views; no more than frames.
+    At the frames' own poses, the few that were drawn would be picked, being their own targets.
+    Neighbours are found by pose, so that an unordered set of photos works like a video.
     """
     n = len(capture)
     drawn = evenly(n, count)
@@ -137,14 +115,8 @@ def whole(capture: Capture, count: int) -> Views:
 def with_views_beside(views: Views, capture: Capture) -> Views:
     """Some views, and as many off the path: each shifted and turned at random, always alike.
 
-    Shifts follow the axes of the cameras, so that they turn with the world and scale with it.
-
-    Args:
-        views: (T,) on the path.
-        capture: whose reach is the greatest distance of a camera from their mean.
-
-    Returns:
-        (2T,) views.
+    Shifts follow the axes of the cameras, so that they turn with the world, and scale with the
+    greatest distance of the capture's cameras from their mean.
     """
     rng = np.random.default_rng(0)
     reach = np.linalg.norm(capture.centers - capture.centers.mean(axis=0), axis=1).max()
@@ -155,12 +127,7 @@ def with_views_beside(views: Views, capture: Capture) -> Views:
 
 
 def _means(capture: Capture, weight: np.ndarray) -> Views:
-    """Views at weighted means of poses, rotations by the chordal mean.
-
-    Args:
-        capture: the capture.
-        weight: (T, N), of any scale.
-    """
+    """Views at (T, N) weighted means of a capture's poses, rotations by the chordal mean."""
     weight = weight / weight.sum(axis=1, keepdims=True)
     left, _, right = np.linalg.svd(
         np.einsum("tn,nij->tij", weight, capture.world_to_camera[:, :, :3])
@@ -178,10 +145,8 @@ def _views(rotation: np.ndarray, centers: np.ndarray, capture: Capture) -> Views
 def camera_path(path: Path, capture: Capture) -> Views:
     """Poses of a .json camera path, with the capture's first intrinsics.
 
-    Args:
-        path: nerfstudio's `camera_path` (in the frame of a `dataparser_transforms.json` beside it,
-            if there is one), or `frames` with `transform_matrix` as in transforms.json.
-        capture: whose world frame the poses should be in.
+    It has nerfstudio's `camera_path` (in the frame of a `dataparser_transforms.json` beside it, if
+    there is one), or `frames` with `transform_matrix` as in transforms.json.
 
     Raises:
         ValueError: for a file that holds neither, or a pose that is no rigid motion.

@@ -24,9 +24,8 @@ def request_problem(
 ) -> Problem:
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 
-    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search. Where
-    the whole capture is to be rendered, views off its path are served as well as those along it;
-    where an object of it is, they are not, since they may miss it.
+    Unlike in the experiments a proxy is a candidate too. Where the whole capture is to be rendered,
+    views off its path are served as well as those along it; where an object is, they may miss it.
 
     Args:
         capture: the capture.
@@ -52,35 +51,28 @@ def request_problem(
     )
 
 
-def described(capture: Capture) -> np.ndarray:
-    """(N, D) float32 appearance descriptors of every frame, which need no weights."""
-    from fsel.features.appearance import LAB_HOG, descriptors  # here: few methods read them
-
-    return descriptors(np.asarray(capture.images), LAB_HOG)
-
-
 def measured(
     methods: Iterable[Method],
     capture: Capture,
     sharpness_of: SharpnessOf,
     descriptors: np.ndarray | Describe | None = None,
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Sharpness and descriptors of every frame, where one of the methods reads them.
+    """Measure sharpness, (N,) zeros where no method reads it, and (N, D) descriptors, or None.
 
     Args:
         methods: that will select.
         capture: the capture; its images are opened for descriptors alone.
         sharpness_of: measures the sharpness of some frames.
-        descriptors: those that are known, or what makes them; None for `described`.
-
-    Returns:
-        (N,) float64, zeros where no method reads it, and (N, D), None where no method reads them.
+        descriptors: those that are known, or what makes them; None for `lab_hog`.
     """
     reads = {name for method in methods for name in method.reads}
-    everything = np.arange(len(capture))
-    sharpness = sharpness_of(everything) if "sharpness" in reads else np.zeros(len(capture))
+    n = len(capture)
+    sharpness = sharpness_of(np.arange(n)) if "sharpness" in reads else np.zeros(n)
     if "appearance" not in reads:
         return sharpness, None
-    if descriptors is None or callable(descriptors):
-        descriptors = (descriptors or described)(capture)
-    return sharpness, descriptors
+    if descriptors is None:
+        from fsel.features.appearance import LAB_HOG  # here: rarely read
+        from fsel.features.appearance import descriptors as describe
+
+        return sharpness, describe(np.asarray(capture.images), LAB_HOG)
+    return sharpness, descriptors(capture) if callable(descriptors) else descriptors

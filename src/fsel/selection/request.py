@@ -34,14 +34,11 @@ SharpnessOf = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class SelectionRequest:
-    """A selection that a person wants; `checked_request` says whether it can be made.
+    """A selection that a person wants, by the arguments of `fsel.select`; `checked_request` says
+    whether it can be made.
 
-    Attributes:
-        source: what is selected from. Bad frames of a `LazyCapture` are left out; a `Capture` is
-            taken as it is.
-        k, targets, method, seed, weights, patience, cover, cover_share, sharpness, focus,
-            descriptors, always, never, keep_bad: see `fsel.select`.
-        images: whether images are looked at; without, nothing is tried and nothing measured.
+    Bad frames of a `LazyCapture` are left out; a `Capture` is taken as it is. Without `images`,
+    nothing is tried and nothing measured.
     """
 
     source: Capture | LazyCapture
@@ -74,17 +71,8 @@ class SelectionRequest:
 
 @dataclass(frozen=True)
 class CheckedRequest:
-    """A request that can be served, and what its words stand for.
-
-    Attributes:
-        request: as it was stated.
-        capture: its capture, with unopened images where it was opened from files.
-        k: how many frames, how that is to be found, or None for as many as a cover takes.
-        targets: the views, and the frames that may not be picked.
-        method: that picks.
-        focus: the object that targets see.
-        patience: how long selections are tried.
-    """
+    """A request that can be served, and what its words stand for; k is None for as many frames as a
+    cover takes."""
 
     request: SelectionRequest
     capture: Capture
@@ -96,11 +84,7 @@ class CheckedRequest:
 
 
 def checked_request(request: SelectionRequest) -> CheckedRequest:
-    """Resolve a request; all that a selection may refuse is refused here, before work.
-
-    Raises:
-        ValueError, TypeError, FileNotFoundError: see `fsel.select`.
-    """
+    """Resolve a request; all that a selection may refuse is refused here, before work."""
     check_type("seed", request.seed, Integral, "a whole number")
     method = method_of(request.method, request.weights)
     opened = request.opened
@@ -125,12 +109,7 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
 
 
 def number_of(k: int | str | Auto) -> int | Auto:
-    """Return the number of frames, or how it is to be found.
-
-    Raises:
-        ValueError: for another word than `auto`.
-        TypeError: for anything else.
-    """
+    """Return the number of frames, or how it is to be found."""
     if isinstance(k, Integral) and not isinstance(k, bool):
         return int(k)
     if isinstance(k, str) and k != AUTO:
@@ -141,7 +120,7 @@ def number_of(k: int | str | Auto) -> int | Auto:
 
 
 def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
-    """Find a method; arguments and errors are those of `fsel.select`."""
+    """Find a method as `fsel.select` does."""
     if isinstance(method, Method):
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
@@ -197,28 +176,24 @@ def _check_cover(checked: CheckedRequest) -> None:
         if checked.k is None:
             raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
         return
-    name = checked.method.name
-    against = (
-        ("frames that are always to be selected", len(checked.targets.always) > 0),
-        ("a number of frames that is to be found", isinstance(checked.k, Auto)),
-        (
-            f"the method {name}, which does not score frames",
-            not isinstance(checked.method, ScoringMethod),
-        ),
-    )
-    for what, there in against:
-        if there:
-            raise ValueError(f"cover is {cover}, which does not go with {what}")
+    against = ""
+    if len(checked.targets.always):
+        against = "frames that are always to be selected"
+    elif isinstance(checked.k, Auto):
+        against = "a number of frames that is to be found"
+    elif not isinstance(checked.method, ScoringMethod):
+        against = f"the method {checked.method.name}, which does not score frames"
+    if against:
+        raise ValueError(f"cover is {cover}, which does not go with {against}")
 
 
 def _time_budget(checked: CheckedRequest) -> TimeBudget:
     """Return how long selections are tried; refuse a time where there is nothing to try."""
-    request = checked.request
-    if request.patience is None:
+    request, stated = checked.request, checked.request.patience
+    if stated is None:
         named = not (request.method is None and request.weights is None)
         usual = not (named or _stated_beside(checked)) and request.pictured
         return TimeBudget() if usual else TimeBudget(0)
-    stated = request.patience
     patience = stated if isinstance(stated, TimeBudget) else TimeBudget(stated)
     if not patience.seconds:
         return patience

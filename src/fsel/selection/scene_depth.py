@@ -11,15 +11,11 @@ from fsel.selection.paths import attention
 
 
 def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
-    """(T,) how far what each view looks at is, world units.
+    """(T,) how far what each of T frames looks at is, world units.
 
     The median depth of the sparse points that it sees; of all frames' points where it sees none;
     without points, the distance of the point that the cameras look at, or their spread where
     there is no such point.
-
-    Args:
-        views: T frames.
-        points: whose tracks number these frames.
     """
     if points is not None and len(points.track_frame):
         pose = views.world_to_camera[points.track_frame]
@@ -38,11 +34,8 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
 
 
 def scene_distances(capture: Capture, frames: np.ndarray) -> np.ndarray:
-    """Return (n, n) distances between (n,) frames, in median depths of the scene.
-
-    Distances of camera centres plus those of the points looked at: a turn counts by how far it
-    moves what is seen.
-    """
+    """Return (n, n) distances of frames' centres plus those of the points looked at, in median
+    depths of the scene."""
     depth = viewing_distance(capture.views, capture.points)[frames]
     centers = capture.centers[frames]
     places = np.stack([centers, centers + depth[:, None] * capture.axes[frames]], axis=1)

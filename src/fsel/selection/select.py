@@ -24,20 +24,11 @@ from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import CheckedRequest, SharpnessOf
 from fsel.selection.targets import Targets
-from fsel.selection.validation import TimeBudget, ValidationResult
 from fsel.selectors.policies import Ranked, ScoringMethod
 
 
 def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outcome:
-    """Select the frames of a request.
-
-    Args:
-        checked: see `fsel.selection.request.checked_request`.
-        reporter: names bad frames, and shows progress.
-
-    Returns:
-        The picks, with what they were made from.
-    """
+    """Select the frames of a request; the reporter names bad frames, and shows progress."""
     request, opened = checked.request, checked.request.opened
     targets, health = checked.targets, None
     began = time.perf_counter()
@@ -84,10 +75,7 @@ def examined_targets(
 
 
 def _selection(
-    checked: CheckedRequest,
-    capture: Capture,
-    sharpness: np.ndarray,
-    descriptors: np.ndarray | None,
+    checked: CheckedRequest, capture: Capture, sharpness: np.ndarray, descriptors: np.ndarray | None
 ) -> Selection:
     """Pick frames of a capture that was read; the seconds that it takes count."""
     started, request = time.perf_counter(), checked.request
@@ -101,10 +89,15 @@ def _selection(
         frames, scores, chosen = _enough(problem, targets.views, ranked, count)
     else:
         frames, scores = ranked(problem, count)
-    frames, scores, tried = _tried(problem, frames, scores, checked.patience, targets.frames)
+    tried = None
+    if checked.patience.seconds:
+        from fsel.selection.halving import validated  # here: it imports a reconstructor
+
+        tried = validated(problem, frames, checked.patience, targets.frames)
+    if tried is not None and subset_key(tried.frames) != subset_key(frames):
+        frames, scores = tried.frames, np.full(len(frames), np.nan)
     seconds = time.perf_counter() - started
-    names = tuple(capture.names[i] for i in frames)
-    reached = None
+    names, reached = tuple(capture.names[i] for i in frames), None
     if request.cover:
         reached = cover_of(problem, frames, request.cover, request.cover_share)
     own = (chosen, tried, reached, targets.frames)
@@ -112,12 +105,8 @@ def _selection(
 
 
 def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -> Capture:
-    """Return the capture with what the selection reads of it.
-
-    Methods that compare frames by appearance look at all pixels. Some methods look at points, and
-    so does trying selections, which opens the images that it needs itself; finding a number of
-    frames takes some points, for the depth that they tell.
-    """
+    """Return the capture with what the selection reads of it; finding a number of frames takes some
+    points, for the depth that they tell."""
     if "appearance" in checked.method.reads:
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
@@ -139,31 +128,13 @@ def _sharpness_of(checked: CheckedRequest, reporter: Reporter) -> SharpnessOf:
     return lambda frames: measure_sharpness(checked.capture.images[frames])
 
 
-def _tried(
-    problem: Problem,
-    frames: np.ndarray,
-    scores: np.ndarray,
-    patience: TimeBudget,
-    targets: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, ValidationResult | None]:
-    """Return the picks of the rule, or of a selection that the capture itself prefers."""
-    if not patience.seconds:
-        return frames, scores, None
-    from fsel.selection.halving import validated  # here: it imports a reconstructor
-
-    outcome = validated(problem, frames, patience, targets)
-    if outcome is None or subset_key(outcome.frames) == subset_key(frames):
-        return frames, scores, outcome
-    return outcome.frames, np.full(len(frames), np.nan), outcome
-
-
 def _enough(
     problem: Problem, views: Views, ranked: Ranked, auto: Auto
 ) -> tuple[np.ndarray, np.ndarray, Budget]:
     """Return picks, their scores, and how their number was found.
 
-    The prediction was fitted to few views that picks were made for. So where the whole capture is
-    to be rendered, the number is that of picks for some of the views along its path.
+    Where the whole capture is to be rendered, the number is that of picks for some of the views
+    along its path, as few as the prediction was fitted to.
     """
     worth = budget.shipped_worth()
     unknown = problem.targets_unknown
@@ -182,9 +153,7 @@ def _ranked_by(method: Method, seed: int) -> Ranked:
     """Return what makes (problem, k) -> picks and their scores."""
     if isinstance(method, ScoringMethod):
         return method.ranked
-
-    def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
-        picks = checked_select(method, problem, k, np.random.default_rng(seed))
-        return picks, np.full(k, np.nan)
-
-    return ranked
+    return lambda problem, k: (
+        checked_select(method, problem, k, np.random.default_rng(seed)),
+        np.full(k, np.nan),
+    )

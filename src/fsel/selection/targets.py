@@ -24,33 +24,34 @@ ORBIT = "orbit"
 EVERY = "every:"
 LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
+NO_FRAMES = np.empty(0, np.int64)
+
 Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
 
 
 @dataclass(frozen=True)
 class Targets:
-    """Views to select for.
+    """Views to select for, and int64 frames of the capture that may not be selected.
 
     Attributes:
         views: T poses.
-        frames: (F,) int64 frames of the capture that are held out: never selected. Empty where
-            the views are no frames of the capture.
+        frames: those that are held out; empty where the views are no frames of the capture.
         kind: where the views come from, in words.
         far: (T,) bool, views so far from every camera that no frame can show what they see.
-        blind: (B,) int64 frames that see nothing of the object of interest: never selected.
-        never: frames that a person does not want: never selected.
-        always: frames that a person wants: selected first.
-        bad: frames that are bad, see `fsel.captures.quality`: not selected.
+        blind: those that see nothing of the object of interest.
+        never: those that a person does not want.
+        always: those that a person wants: selected first.
+        bad: those that are bad, see `fsel.captures.quality`.
     """
 
     views: Views
     frames: np.ndarray
     kind: str
     far: np.ndarray
-    blind: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
-    never: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
-    always: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
-    bad: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    blind: np.ndarray = field(default_factory=lambda: NO_FRAMES)
+    never: np.ndarray = field(default_factory=lambda: NO_FRAMES)
+    always: np.ndarray = field(default_factory=lambda: NO_FRAMES)
+    bad: np.ndarray = field(default_factory=lambda: NO_FRAMES)
 
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
@@ -59,10 +60,6 @@ class Targets:
 
     def wished(self, capture: Capture, always: Wish = None, never: Wish = None) -> Targets:
         """The same with frames that are always, and never, to be selected.
-
-        Args:
-            capture: the capture.
-            always, never: names or numbers of frames, or a file with a name a line; or None.
 
         Raises:
             ValueError: for frames that the capture does not have, or that cannot be selected.
@@ -102,17 +99,13 @@ class Targets:
 
 
 def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Targets:
-    """Read a request.
+    """Read a request; a path has as many views as `most`.
 
-    Args:
-        capture: the capture that it is made of.
-        request: None for the whole capture; `every:N` holds out every N-th frame, the first
-            included; `orbit` and `trajectory` are paths made from the cameras; a path to a .json
-            camera path (nerfstudio's, or any with `frames` and their `transform_matrix`) or to a
-            .txt with a frame name a line, which are held out; names or numbers of frames to hold
-            out; or poses: `Views`, or (T, 3, 4) or (T, 4, 4) numbers, world to camera with OpenCV
-            axes, seen with the capture's first intrinsics.
-        most: views that a path has.
+    None is the whole capture; `every:N` holds out every N-th frame, the first included; `orbit` and
+    `trajectory` are paths made from the cameras; a file is a .json camera path, or a .txt with a
+    frame name a line, which are held out as names or numbers of frames are; poses are `Views`, or
+    (T, 3, 4) or (T, 4, 4) numbers, world to camera with OpenCV axes, seen with the capture's first
+    intrinsics.
 
     Raises:
         ValueError: for a request that is none of these, names that the capture does not have, or
@@ -134,17 +127,7 @@ def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Ta
 
 
 def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
-    """Refuse more frames than may be selected.
-
-    Args:
-        k: how many are to be selected.
-        targets: of the request.
-        capture: what is selected from.
-        everything: the method takes every frame, so that no other number will do.
-
-    Raises:
-        ValueError: with the numbers that are allowed, and why.
-    """
+    """Refuse more frames than may be selected, and, of a method that takes everything, fewer."""
     most = len(targets.pool(capture))
     gone = targets.left_out()
     why = "".join(f", {len(frames)} {text}" for frames, _, text in gone if len(frames))
@@ -175,7 +158,7 @@ def _views(capture: Capture, poses: np.ndarray) -> Views:
 
 
 def _where(capture: Capture) -> str:
-    """The beginning of a refusal that only the capture can be blamed for."""
+    """Begin a refusal that only the capture can be blamed for."""
     return f"{capture.source}: " if capture.source else ""
 
 
@@ -231,7 +214,7 @@ def _request(capture: Capture, views: Views, kind: str, most: int = MOST_VIEWS) 
             "Are they in another world frame? Hint: nerfstudio's viewer exports paths in its own; "
             "put dataparser_transforms.json of the training run beside the path"
         )
-    return Targets(views, np.empty(0, np.int64), kind, far)
+    return Targets(views, NO_FRAMES, kind, far)
 
 
 def sees(views: Views, points: np.ndarray) -> np.ndarray:

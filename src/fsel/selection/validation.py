@@ -22,9 +22,8 @@ class CandidateScore:
     Attributes:
         name: what made it.
         frames: (K,) int64, ascending.
-        gain: mean PSNR over that of the first selection, dB, by `splats` and `gaussians`, which
-            have equal weight, or by the one that was fitted; 0 for the first selection itself, NaN
-            where too few frames are left to score on.
+        gain: mean PSNR over that of the first selection, dB, by those of `splats` and `gaussians`
+            that were fitted; NaN where too few frames are left to score on.
         least: the lesser of the two gains.
         ssim: the same of SSIM.
         error: standard error of the gain, dB; infinite where `gaussians` were not fitted.
@@ -78,8 +77,7 @@ class TimeBudget:
     Attributes:
         seconds: as many reconstructions are planned as a slow processor makes in that time, so
             that a faster one ends sooner with the same picks; 0 tries nothing.
-        progress: is given the reconstructions made and planned, and the seconds gone, after each;
-            False ends them.
+        progress: is given the fits made and planned, and the seconds gone; False ends it.
     """
 
     seconds: float = DEFAULT

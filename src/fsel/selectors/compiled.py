@@ -77,15 +77,14 @@ def _best_of(scores, selectable):
 
 @exact
 def run_linear(k, fixed, coefficients, rows, picks, scores):
-    """Run the greedy loop (paper, Eq. 1 and 2) with a linear scorer.
+    """Run the greedy loop (paper, Eq. 1 and 2) with a linear scorer; write (k,) picks and scores.
 
     Args:
         k: how many picks.
         fixed: (n,) float64 part of the scores that no pick changes.
         coefficients: (5,) float64 of the inputs that follow the selection.
         rows: see `fsel.selectors.greedy.Rows`.
-        picks: (k,) int64, written.
-        scores: (k,) float64, written.
+        picks, scores: (k,) int64 and float64.
     """
     n = len(fixed)
     raw, memory = begin(rows)
@@ -144,8 +143,7 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
 def _approximate_scores(selectable, base, inputs, narrow, out):
     """Write (n,) float32 scores, less the last bias, of the rows not yet picked; return those rows.
 
-    `base` is the (n, 64) float32 part of the first layer that the selection leaves alone.
-    """
+    The selection leaves `base` alone, (n, 64) float32 of the first layer."""
     hidden, product = np.empty((BLOCK, WIDTH), np.float32), np.empty((BLOCK, WIDTH), np.float32)
     rows = np.flatnonzero(selectable)
     for start in range(0, len(rows), BLOCK):
@@ -156,11 +154,8 @@ def _approximate_scores(selectable, base, inputs, narrow, out):
 
 @exact
 def _exact_score(static, inputs, wide):
-    """One row's float64 score with the exact GELU, and the magnitude of its terms.
-
-    Args:
-        static: (19,) inputs that the selection leaves alone; inputs: (5,) those that follow it.
-    """
+    """One row's float64 score with the exact GELU, and the magnitude of its terms; (19,) `static`
+    inputs and (5,) that follow the selection."""
     first, first_bias, second, second_bias, third, third_bias = wide
     x = static.copy()
     for c in range(FOLLOWING):
@@ -185,10 +180,7 @@ def _exact_score(static, inputs, wide):
 
 @exact
 def _best_row(rows, approximate, static, inputs, wide):
-    """The best of some rows and its float64 score, among those that float32 leaves open.
-
-    Ties go to the lowest row.
-    """
+    """The best of some rows and its float64 score, the lowest of equals."""
     top = rows[np.argmax(approximate[rows])]
     best = top
     best_score, magnitude = _exact_score(static[top], inputs[top], wide)
@@ -203,7 +195,7 @@ def _best_row(rows, approximate, static, inputs, wide):
 
 @exact
 def run_network(k, static, base, rows, layers, picks, scores):
-    """Run the greedy loop (paper, Eq. 1 and 2) with a network.
+    """Run the greedy loop (paper, Eq. 1 and 2) with a network; write (k,) picks and scores.
 
     Args:
         k: how many picks.
@@ -211,8 +203,7 @@ def run_network(k, static, base, rows, layers, picks, scores):
         base: (n, 64) float32, see `_approximate_scores`.
         rows: see `fsel.selectors.greedy.Rows`.
         layers: see `fsel.selectors.scorer.Layers`.
-        picks: (k,) int64, written.
-        scores: (k,) float64, written.
+        picks, scores: (k,) int64 and float64.
     """
     n = len(static)
     raw, memory = begin(rows)

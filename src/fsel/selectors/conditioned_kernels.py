@@ -1,7 +1,4 @@
-"""The selection-conditioned columns, compiled: updated by each pick, in float64.
-
-Their slow twin is `fsel.selectors.reference_loop`.
-"""
+"""The selection-conditioned columns, compiled: updated by each pick, in float64."""
 
 from __future__ import annotations
 
@@ -26,8 +23,7 @@ class Memory(NamedTuple):
         covered: (O,) summed closeness of the picks to each view.
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
         rates: (O, Q) what the picks see of each point of each view, summed.
-        gains: (O, M) what the nearest rows of each view would add to it, see
-            `fsel.features.conditioned.visibility_gain`.
+        gains: (O, M) what the nearest rows of each view would add to it.
     """
 
     squares: np.ndarray
@@ -63,14 +59,7 @@ def begin(rows):
 
 @exact
 def update(row, selectable, rows, memory, raw):
-    """Update the memory and the (5, n) raw columns by one pick.
-
-    Args:
-        row: the pick.
-        selectable: (n,) bool, False for the picks, `row` among them.
-        rows: see `fsel.selectors.greedy.Rows`.
-        memory, raw: changed.
-    """
+    """Update the memory and the (5, n) raw columns by one pick, no longer `selectable`."""
     count = len(selectable) - selectable.sum()
     if rows.descriptors.shape[1] > 0:
         _likest(rows.descriptors, row, count == 1, raw[RHO_MAX_S])

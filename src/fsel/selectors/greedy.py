@@ -1,8 +1,4 @@
-"""The greedy loop around a scorer (paper, section 3.3), without torch and without waste.
-
-What does not change is computed once: the static features, their standardisation and their part
-of the score. What follows the selection is kept running (see `fsel.selectors.conditioned_kernels`).
-"""
+"""The greedy loop around a scorer (paper, section 3.3): what no pick changes is computed once."""
 
 from __future__ import annotations
 
@@ -19,8 +15,7 @@ from fsel.selectors.scorer import Linear, Network, Scorer, layers_of
 
 
 def loop() -> ModuleType:
-    """Return the compiled loop, imported when first used: numba takes longer to import than a small
-    pool takes to select from (see `fsel.selectors.reference_loop`)."""
+    """Return the compiled loop, imported when first used, since numba takes long to import."""
     from fsel.selectors import compiled
 
     return compiled
@@ -37,8 +32,7 @@ class Rows(NamedTuple):
         closeness: (n, O) float64 of row and view, for the target gain; O = 0 when it is not read.
         look_embedding: (n, 6) float64, see `fsel.features.conditioned.look_embedding`.
         visible: what the rows see of the views, for the target gain.
-        decay_start: picks after which the target gain counts less, in inverse proportion to their
-            number; infinite unless the views stand for a whole capture.
+        decay_start: picks after which the target gain counts less, in inverse proportion.
     """
 
     centers: np.ndarray
@@ -57,10 +51,10 @@ class Prepared:
 
     Attributes:
         pool: (n,) int64 frames, ascending; the rows of everything below.
-        static: (n, 19) float64 inputs less what follows the selection: standardised, but for the
-            target gain's, which is minus the penalty of far views.
+        static: (n, 19) float64 standardised inputs less what follows the selection; of the target
+            gain, minus the penalty of far views.
         rows: what they are compared by.
-        given: (g,) int64 rows that are picked first, whatever they score.
+        given: (g,) int64 rows that are picked first.
     """
 
     pool: np.ndarray
@@ -70,15 +64,7 @@ class Prepared:
 
 
 def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """Standardise columns by the population deviation; flat ones become zero.
-
-    Args:
-        columns: (n, c) raw values.
-        rows: (n,) bool, the rows that mean and deviation are taken over; all without.
-
-    Returns:
-        (n, c) float64.
-    """
+    """Standardise (n, c) columns by mean and deviation over some rows; flat ones become zero."""
     used = columns if rows is None else columns[rows]
     mean, deviation = used.mean(axis=0), used.std(axis=0)
     informative = deviation > FLAT * np.abs(used).max(axis=0)
@@ -89,18 +75,12 @@ def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarr
 def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
 
-    Args:
-        prepared: see `fsel.selectors.policies.Policy.prepare`.
-        scorer: linear or a network.
-        k: at most the size of the pool.
-
     Returns:
         (k,) int64 rows of the pool in pick order, and (k,) float64 their scores. Ties go to the
         lowest row.
 
     Raises:
         ValueError: when k is not between 1 and the size of the pool.
-        TypeError: for a scorer of another kind.
     """
     check_budget(prepared, k)
     picks, scores = np.empty(k, np.int64), np.empty(k)
@@ -108,20 +88,12 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
         fixed = scorer.scores(prepared.static)
         following = scorer.vector[FOLLOWING_INPUTS]
         loop().run_linear(k, fixed, following, prepared.rows, picks, scores)
-    elif isinstance(scorer, Network):
-        base = _first_layer(prepared, scorer)
-        loop().run_network(
-            k, prepared.static, base, prepared.rows, layers_of(scorer), picks, scores
-        )
     else:
-        raise TypeError(f"{type(scorer).__name__} is neither a linear scorer nor a network")
+        assert isinstance(scorer, Network)
+        static, weights = prepared.static, scorer.weights
+        base = static.astype(np.float32) @ weights["layer1.weight"].T + weights["layer1.bias"]
+        loop().run_network(k, static, base, prepared.rows, layers_of(scorer), picks, scores)
     return picks, scores
-
-
-def _first_layer(prepared: Prepared, network: Network) -> np.ndarray:
-    """(n, 64) float32 part of the first layer that no pick changes."""
-    first, bias = network.weights["layer1.weight"], network.weights["layer1.bias"]
-    return prepared.static.astype(np.float32) @ first.T + bias
 
 
 def check_budget(prepared: Prepared, k: int) -> None:

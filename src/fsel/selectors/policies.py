@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from fsel.core.capture import Views
 from fsel.core.geometry import centered, directions
 from fsel.core.problem import Method, Problem
 from fsel.features.columns import (
@@ -46,8 +45,7 @@ class ScoringMethod(Method):
 
     Attributes:
         scorer: with its provenance.
-        ranked: (problem, k) -> (k,) int64 frames in pick order, and (k,) float64 their scores when
-            picked.
+        ranked: (problem, k) -> (k,) int64 frames in pick order, and (k,) float64 their scores.
     """
 
     scorer: Scorer
@@ -62,11 +60,9 @@ class Policy:
         name: of the method.
         label: how tables print it (LaTeX).
         pool: `candidates` (P) or `observed` (P and O).
-        reference: `proxies`, as in the paper, or `targets`: whose poses geometric features compare
-            with.
-        inputs: those of `fsel.features.columns.NAMES` that the scorer reads. Similarities,
-            sharpness, features of the relation to the views and the target gain are computed only
-            where one of theirs is read. With the target gain, distances to the picks are those of
+        reference: whose poses features compare with: `proxies`, as in the paper, or `targets`.
+        inputs: those of `fsel.features.columns.NAMES` that the scorer reads; others are not
+            computed. With the target gain, distances to the picks are those of
             `fsel.features.conditioned`.
         kind: of the scorer: `Linear` or `Network`.
         points: whether the target gain counts the points of the views that come into view.
@@ -95,21 +91,18 @@ class Policy:
         return replace(self, name=name, label=f"{self.label}, {label}", inputs=left)
 
     def prepare(self, problem: Problem) -> Prepared:
-        """Compute what no pick changes.
-
-        Args:
-            problem: the selection problem.
-        """
-        frames, references = problem.pool(self.pool), self._references(problem)
+        """Compute what no pick changes."""
+        capture, frames = problem.capture, problem.pool(self.pool)
+        by_targets = self.reference == "targets"
+        references = problem.targets if by_targets else capture.view(problem.proxies)
         static = np.zeros((len(frames), INPUTS))
         appearance = self._read(APPEARANCE)
         if self._read((*RELATIONAL, SHARPNESS)):
-            raw = self._known(problem)
-            if raw is None:
+            raw = problem.features  # of candidates and proxies, where they were stored
+            if raw is None or by_targets or self.pool != "candidates":
                 raw = static_features(problem, frames, references, appearance)
             static[:, STATIC_INPUTS] = standardise(raw)
             static[:, ~np.isin(NAMES, self.inputs)] = 0
-        capture = problem.capture
         centers, axes = capture.centers[frames], capture.axes[frames]
         close, visible = np.zeros((len(frames), 0)), NOTHING
         if self._read([TARGET_GAIN]):
@@ -118,8 +111,7 @@ class Policy:
             static[:, TARGET_GAIN_INPUT] = -nearest_view_penalty(distance)
             if self.points:
                 depth = look_depth(centers)
-                seeing = capture.view(frames)
-                visible = visibility(seeing, references, distance, depth)
+                visible = visibility(capture.view(frames), references, distance, depth)
         # angular novelty is measured from the mean of the views' reference points
         common = proxy_points(problem, references).mean(axis=0)
         rows = Rows(
@@ -134,29 +126,23 @@ class Policy:
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.fixed_picks))
 
-    def _known(self, problem: Problem) -> np.ndarray | None:
-        """(n, 14) the problem's own features, if they are of this pool and these references."""
-        if (self.pool, self.reference) == ("candidates", "proxies"):
-            return problem.features
-        return None
-
-    def _references(self, problem: Problem) -> Views:
-        """Poses that stand for the request: the proxies' or the targets' own."""
-        if self.reference == "targets":
-            return problem.targets
-        return problem.capture.view(problem.proxies)
-
     def method(self, scorer: Scorer, pick: Loop = greedy) -> ScoringMethod:
-        """Return the selection method with a scorer.
-
-        Args:
-            scorer: of the policy's kind.
-            pick: the greedy loop; see `fsel.selectors.greedy.greedy`.
+        """Return the selection method with a scorer, picked for by a greedy loop.
 
         Raises:
             ValueError: for a scorer of another kind, or one that reads what the policy does not.
         """
-        self.check(scorer)
+        if not isinstance(scorer, self.kind):
+            raise ValueError(
+                f"the policy {self.name} has a scorer of the kind {self.kind.__name__}, not "
+                f"{type(scorer).__name__}"
+            )
+        read = scorer.coefficients if isinstance(scorer, Linear) else ()
+        if others := [name for name in read if name not in self.inputs]:
+            raise ValueError(
+                f"the policy {self.name} does not read {', '.join(others)}; allowed: "
+                f"{', '.join(self.inputs)}"
+            )
 
         def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
             prepared = self.prepare(problem)
@@ -174,21 +160,6 @@ class Policy:
             scorer=scorer,
             ranked=ranked,
         )
-
-    def check(self, scorer: Scorer) -> None:
-        """Refuse a scorer of another kind, or one that reads what the policy does not."""
-        if not isinstance(scorer, self.kind):
-            raise ValueError(
-                f"the policy {self.name} has a scorer of the kind {self.kind.__name__}, not "
-                f"{type(scorer).__name__}"
-            )
-        if isinstance(scorer, Linear):
-            others = [name for name in scorer.coefficients if name not in self.inputs]
-            if others:
-                raise ValueError(
-                    f"the policy {self.name} does not read {', '.join(others)}; allowed: "
-                    f"{', '.join(self.inputs)}"
-                )
 
 
 LESS_IS_MORE = Policy(

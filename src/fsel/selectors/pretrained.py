@@ -26,24 +26,16 @@ NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside
 
 @cache
 def method(name: str = DEFAULT) -> ScoringMethod:
-    """Return a method that comes with the package.
-
-    Args:
-        name: a key of `FILES`.
-    """
+    """Return a method that comes with the package, by a key of `FILES`."""
     return own(FOLDER / FILES[name], name)
 
 
 def own(path: str | Path, name: str | None = None) -> ScoringMethod:
-    """Return the method of a scorer on disk.
-
-    Args:
-        path: what the workflow wrote.
-        name: of the policy that it must have been made for; None for any.
+    """Return the method of a scorer that the workflow wrote, made for the policy `name`, or any.
 
     Raises:
-        ValueError: for another kind of file, arrays of other shapes, a scorer that does not say
-            what it was made for and by, or one that was made for another policy.
+        ValueError: for what is no scorer, one that does not say what it was made for and by, or one
+            that was made for another policy.
     """
     scorer = Scorer.load(path)
     stated = scorer.provenance.get("policy", "")
@@ -64,10 +56,7 @@ def own(path: str | Path, name: str | None = None) -> ScoringMethod:
 
 
 def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pick as `fsel.selectors.greedy.greedy` does, in plain NumPy where that is faster.
-
-    It is faster than compiling for small pools; and only it looks at rows that are given.
-    """
+    """Pick as `fsel.selectors.greedy.greedy`; small pools, and rows after given ones, by NumPy."""
     cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
     small = cost * k * len(prepared.pool) <= reference_loop.LARGEST or len(prepared.given)
     return (reference_loop.greedy if small else greedy.greedy)(prepared, scorer, k)

@@ -1,8 +1,5 @@
-"""The greedy loop in plain NumPy, for pools so small that compiling would take longer.
-
-It picks what `fsel.selectors.compiled` picks: the first run after an installation then needs no
-compiler, and no run needs to import one. `benchmarks/selector.py` times both.
-"""
+"""The greedy loop in plain NumPy, which picks what `fsel.selectors.compiled` picks, for pools so
+small that importing or running a compiler would take longer."""
 
 from __future__ import annotations
 
@@ -66,13 +63,17 @@ class Walk:
     """
 
     def __init__(self, prepared: Prepared) -> None:
-        n = len(prepared.pool)
+        self._rows = rows = prepared.rows
+        (n, views), precision = rows.closeness.shape, prepared.static.dtype
         self.free = np.ones(n, bool)
         self._inputs = prepared.static.copy()
         self._remote = prepared.static[:, TARGET_GAIN_INPUT]
-        self._raw = np.zeros((n, FOLLOWING), prepared.static.dtype)
-        self._memory, self._picked = _Memory(prepared), 0
-        self._raw[:, GAIN] = self._memory.gain()
+        self._covered = np.zeros(views, precision)
+        self._rates = visibility_counts(rows.visible, np.empty(0, np.int64))
+        self._apart = np.full(n, NOVEL, precision)
+        self._squares = np.empty((len(SPREAD), 0, n), precision)
+        self._raw = np.zeros((n, FOLLOWING), precision)
+        self._raw[:, GAIN] = self._gain()
 
     def inputs(self) -> np.ndarray:
         """Return (n, 19) inputs at the present step."""
@@ -82,66 +83,47 @@ class Walk:
 
     def add(self, row: int) -> None:
         """Pick a row."""
+        rows, raw, first = self._rows, self._raw, self.free.all()
         self.free[row] = False
-        self._picked += 1
-        self._memory.update(row, self._picked, self.free, self._raw)
-
-
-class _Memory:
-    """State that the picks leave behind; arrays are of the arithmetic's precision."""
-
-    def __init__(self, prepared: Prepared) -> None:
-        self.rows = prepared.rows
-        (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
-        self.covered = np.zeros(views, precision)
-        self.rates = visibility_counts(self.rows.visible, np.empty(0, np.int64))
-        self.apart = np.full(n, NOVEL, precision)
-        self.squares = np.empty((len(SPREAD), 0, n), precision)
-
-    def update(self, row: int, picked: int, free: np.ndarray, raw: np.ndarray) -> None:
-        """Update d_min_s, gamma_min_s, rho_max_s, phi_nov and target gain by the newest pick."""
-        described, first = self.rows.descriptors, picked == 1
+        described = rows.descriptors
         likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
         raw[:, RHO_MAX_S] = likeness if first else np.maximum(raw[:, RHO_MAX_S], likeness)
-        if len(self.covered) == 0:
-            self._nearest(row, first, raw)
+        if len(self._covered) == 0:
+            nearest = {
+                D_MIN_S: np.linalg.norm(rows.centers - rows.centers[row], axis=1),
+                GAMMA_MIN_S: viewing_angles(rows.axes, rows.axes[row]),
+                PHI_NOV: viewing_angles(rows.bearings, rows.bearings[row]),
+            }
+            for column, value in nearest.items():
+                raw[:, column] = value if first else np.minimum(raw[:, column], value)
             return
-        self._spread(row, free, raw)
-        self.covered += self.rows.closeness[row]
-        self.rates += visibility_counts(self.rows.visible, np.array([row]))
-        shift = (self.rows.look_embedding - self.rows.look_embedding[row]).reshape(-1, 2, 3)
-        self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
-        raw[:, GAIN] = self.gain() * min(1.0, self.rows.decay_start / picked)
+        self._spread(row)
+        self._covered += rows.closeness[row]
+        self._rates += visibility_counts(rows.visible, np.array([row]))
+        shift = (rows.look_embedding - rows.look_embedding[row]).reshape(-1, 2, 3)
+        self._apart = np.minimum(self._apart, np.linalg.norm(shift, axis=2).sum(axis=1))
+        picked = np.count_nonzero(~self.free)
+        raw[:, GAIN] = self._gain() * min(1.0, rows.decay_start / picked)
 
-    def gain(self) -> np.ndarray:
-        """Return (n,) see `compiled.target_gain`."""
-        gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
-        seen = visibility_gain(self.rows.visible, self.rates, len(gain))
-        return gain * (self.apart / NOVEL) + POINTS * seen
+    def _gain(self) -> np.ndarray:
+        """Return (n,) target gains, see `fsel.selectors.conditioned_kernels.target_gain`."""
+        gain = self._rows.closeness @ (1 / (1 + self._covered)) / max(len(self._covered), 1)
+        seen = visibility_gain(self._rows.visible, self._rates, len(gain))
+        return gain * (self._apart / NOVEL) + POINTS * seen
 
-    def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
-        rows = self.rows
-        nearest = {
-            D_MIN_S: np.linalg.norm(rows.centers - rows.centers[row], axis=1),
-            GAMMA_MIN_S: viewing_angles(rows.axes, rows.axes[row]),
-            PHI_NOV: viewing_angles(rows.bearings, rows.bearings[row]),
-        }
-        for column, value in nearest.items():
-            raw[:, column] = value if first else np.minimum(raw[:, column], value)
-
-    def _spread(self, row: int, free: np.ndarray, raw: np.ndarray) -> None:
+    def _spread(self, row: int) -> None:
         """Update the distances to the picks, see `fsel.features.conditioned`."""
-        given = (self.rows.centers, self.rows.axes, self.rows.bearings)
+        given = (self._rows.centers, self._rows.axes, self._rows.bearings)
         new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
-        self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)
-        picked = self.squares.shape[1]
+        self._squares = np.concatenate([self._squares, np.array(new)[:, None]], axis=1)
+        picked = self._squares.shape[1]
         if picked < FEW:
             nth = min(picked, GROUP) - 1
-            distance = np.sqrt(np.sort(self.squares, axis=1)[:, nth])
+            distance = np.sqrt(np.sort(self._squares, axis=1)[:, nth])
         else:
             with np.errstate(divide="ignore"):  # a pick's own distance is zero, and so is its sum
-                distance = 1 / np.sqrt((1 / self.squares).sum(axis=1))
+                distance = 1 / np.sqrt((1 / self._squares).sum(axis=1))
         ceiling = np.zeros(len(SPREAD))
-        if free.any():
-            ceiling = ENOUGH * distance[:, free].mean(axis=1)
-        raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T
+        if self.free.any():
+            ceiling = ENOUGH * distance[:, self.free].mean(axis=1)
+        self._raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T

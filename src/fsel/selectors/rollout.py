@@ -1,13 +1,9 @@
-"""Rollouts: the inputs that a scorer is shown along a sequence of picks.
-
-Training follows a label's picks, and a scorer of any kind its own, through the same inputs.
-`fsel.selectors.greedy` is the fast form for the scorers that select.
-"""
+"""Rollouts: the inputs that a scorer is shown along a sequence of picks, for training."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,9 +38,7 @@ class Rollout:
         """Return (n, 19) float32 inputs at the present step.
 
         Those that follow the selection are standardised over the rows that are left, and zero
-        before the first pick (paper, section 3.2), but for the target gain. It keeps its unit, the
-        closest frame of all views: as views are served it fades beside the others, and the policy
-        turns from the targets to diversity.
+        before the first pick (paper, section 3.2), but for the target gain, which keeps its unit.
         """
         following = np.empty((len(self.selectable), FOLLOWING))
         loop().standardise_rows(self._raw, self.selectable, following)
@@ -81,15 +75,9 @@ def pick(rollout: Rollout, score: Score, k: int) -> np.ndarray:
     return np.array(rollout.picked, dtype=np.int64)
 
 
-@dataclass(frozen=True)
-class RejectionScores:
-    """Scores of a pool at the last pick of a linear rule: the sum of two parts.
-
-    Attributes:
-        pool: (n,) int64 frames, ascending.
-        views: (n,) what a frame shows of the views beyond the earlier picks: the target gain.
-        apart: (n,) how far it lies from the earlier picks: all other inputs of the rule.
-    """
+class RejectionScores(NamedTuple):
+    """Scores of a pool, (n,) ascending frames, at the last pick of a linear rule: the sum of what
+    each frame shows of the views (target gain) and how far it lies apart from the earlier picks."""
 
     pool: np.ndarray
     views: np.ndarray
@@ -99,16 +87,8 @@ class RejectionScores:
 def explain_rejections(
     method: Method, problem: Problem, picks: np.ndarray
 ) -> RejectionScores | None:
-    """Score every frame that may be picked, before the last of some picks is.
-
-    Args:
-        method: that picked.
-        problem: what it was given.
-        picks: (k,) frames of the pool, in pick order.
-
-    Returns:
-        None for a method that is no linear rule: a network's score has no such parts.
-    """
+    """Score every frame that may be picked, before the last of (k,) picks is; None for a method
+    that is no linear rule."""
     if not isinstance(method, ScoringMethod) or not isinstance(method.scorer, Linear):
         return None
     prepared = KNOWN[method.name].prepare(problem)

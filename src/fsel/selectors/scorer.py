@@ -28,7 +28,7 @@ SHAPES = {
 
 
 class Scorer(ABC):
-    """Scores candidates by their inputs: a `Linear` rule or a `Network`, stored with provenance."""
+    """Scores candidates by their inputs: a `Linear` rule or a `Network`, with its provenance."""
 
     provenance: Mapping[str, str]
 
@@ -47,17 +47,15 @@ class Scorer(ABC):
         Raises:
             ValueError: for another kind of file, or one that does not hold a scorer.
         """
-        kinds: dict[str, type[Linear] | type[Network]]
-        kinds = {".json": Linear, ".safetensors": Network}
-        kind = kinds.get(Path(path).suffix)
-        if kind is None:
+        suffix = Path(path).suffix
+        if suffix not in (".json", ".safetensors"):
             raise ValueError(
                 f"{path}: not a scorer; allowed: .json (a linear rule), .safetensors (a network)"
             )
         try:
-            return kind.load(path)
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"{path}: {error}") from error
+            return Linear.load(path) if suffix == ".json" else Network.load(path)
+        except (ValueError, TypeError, KeyError, SafetensorError) as error:
+            raise ValueError(f"{path}: not a scorer: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -109,12 +107,8 @@ class Linear(Scorer):
     @classmethod
     def load(cls, path: str | Path) -> Linear:
         """Read what `save` wrote."""
-        try:
-            content = json.loads(Path(path).read_text(encoding="utf-8"))
-            coefficients, provenance = content["coefficients"], content["provenance"]
-            return cls(dict(coefficients), dict(provenance))
-        except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(f"not a linear scorer: {error}") from error
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        return cls(dict(content["coefficients"]), dict(content["provenance"]))
 
 
 @dataclass(frozen=True)
@@ -155,13 +149,9 @@ class Network(Scorer):
     @classmethod
     def load(cls, path: str | Path) -> Network:
         """Read what `save` wrote."""
-        try:
-            weights = load_file(str(path))
-            with safe_open(str(path), framework="numpy") as file:
-                metadata = file.metadata() or {}
-        except SafetensorError as error:
-            raise ValueError(f"not a network: {error}") from error
-        single = {name: array.astype(np.float32) for name, array in weights.items()}
+        with safe_open(str(path), framework="numpy") as file:
+            metadata = file.metadata() or {}
+        single = {name: array.astype(np.float32) for name, array in load_file(str(path)).items()}
         return cls(single, dict(json.loads(metadata.get("provenance", "{}"))))
 
 
@@ -181,7 +171,7 @@ class Layers(NamedTuple):
     Attributes:
         narrow: in float32, (5, 64) first-layer weights of the inputs that follow the selection,
             (64, 64) second layer, transposed, its (64,) bias, and the (64,) third layer.
-        wide: the six arrays of `SHAPES` in float64.
+        wide: the arrays of `SHAPES` in float64.
     """
 
     narrow: tuple[np.ndarray, ...]

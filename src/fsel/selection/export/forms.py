@@ -21,15 +21,10 @@ LONG_LRM_KEYS = {"w": "w", "h": "h", "fx": "fl_x", "fy": "fl_y", "cx": "cx", "cy
 
 @dataclass(frozen=True)
 class Subset:
-    """Frames as they are written.
+    """Frames as they are written, by their names below images/; `masked` where masks/ has one each.
 
-    Attributes:
-        names: n names below images/.
-        cameras: n, at the size of the images that are written.
-        stated: n (width, height) that the points' pixels are of.
-        world_to_camera: (n, 3, 4).
-        points: whose tracks number these frames.
-        masked: whether masks/ has one for every image.
+    Cameras are at the size of the images that are written; (width, height) as `stated` are what the
+    pixels of the points are of, whose tracks number these frames.
     """
 
     names: list[str]
@@ -41,13 +36,7 @@ class Subset:
 
 
 def write_forms(subset: Subset, folder: Path, scene: str) -> None:
-    """Write every form into a folder that holds images/.
-
-    Args:
-        subset: the frames.
-        folder: to write to.
-        scene: name of the capture, for Long-LRM.
-    """
+    """Write every form into a folder that holds images/; Long-LRM is told the scene's name."""
     cloud = _write_model(subset, folder)
     listed = [f"images/{name}" for name in subset.names]
     every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
@@ -63,21 +52,15 @@ def write_json(content: dict, path: Path) -> None:
 
 
 def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
-    """Content of transforms.json for subsets and their folders, in the capture's own world.
-
-    Args:
-        parts: (subset, folder with a slash behind, or nothing); the first one's cloud is named.
-        cloud: whether there is one.
-    """
+    """Content of transforms.json for subsets and their folders, with a slash behind, or nothing;
+    the first one's cloud is named, if there is one."""
     frames, intrinsics = [], []
     for subset, folder in parts:
         for name, pose, camera in zip(
             subset.names, subset.world_to_camera, subset.cameras, strict=True
         ):
-            frame = {
-                "file_path": f"{folder}images/{name}",
-                "transform_matrix": matrix_of(pose, np.eye(4)[:3]),
-            }
+            matrix = matrix_of(pose, np.eye(4)[:3])
+            frame = {"file_path": f"{folder}images/{name}", "transform_matrix": matrix}
             if subset.masked:
                 frame["mask_path"] = f"{folder}masks/{name}.png"
             frames.append(frame)
@@ -97,30 +80,19 @@ def _long_lrm(subset: Subset, scene: str) -> dict:
         subset.names, subset.world_to_camera, subset.cameras, strict=True
     ):
         known = intrinsics_of(camera)
-        frames.append(
-            {
-                "file_path": f"images/{name}",
-                **{key: known[own] for key, own in LONG_LRM_KEYS.items()},
-                "w2c": np.vstack([pose, [0, 0, 0, 1]]).tolist(),
-            }
-        )
+        lens = {key: known[own] for key, own in LONG_LRM_KEYS.items()}
+        w2c = np.vstack([pose, [0, 0, 0, 1]]).tolist()
+        frames.append({"file_path": f"images/{name}", **lens, "w2c": w2c})
     return {"scene_name": scene, "frames": frames}
-
-
-def _errors(subset: Subset) -> np.ndarray | None:
-    """(M,) errors of the points in pixels of the images as they are written."""
-    error = subset.points.error
-    if error is None:
-        return None
-    scale = subset.cameras[0].width / subset.stated[0][0]
-    return np.where(error < 0, error, error * scale)
 
 
 def _write_model(subset: Subset, folder: Path) -> bool:
     """A COLMAP model of all of the frames and the points; returns whether there are points."""
-    points = subset.points
+    points, error = subset.points, subset.points.error
     rows = grouped_rows(points.track_frame, len(subset.names))
     sizes = [(camera.width, camera.height) for camera in subset.cameras]
+    if error is not None:  # in pixels, as they are written
+        error = np.where(error < 0, error, error * (sizes[0][0] / subset.stated[0][0]))
     model = build_model(
         subset.names,
         [camera.colmap for camera in subset.cameras],
@@ -132,6 +104,6 @@ def _write_model(subset: Subset, folder: Path) -> bool:
             points.track_xy[row] * np.divide(size, stated)
             for row, size, stated in zip(rows, sizes, subset.stated, strict=True)
         ],
-        error=_errors(subset),
+        error=error,
     )
     return write_capture_model(model, folder, folder / CLOUD)

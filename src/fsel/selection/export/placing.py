@@ -28,11 +28,7 @@ def file_name(raw: RawCapture, frame: int, changed: bool) -> str:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """The path of a name below a folder.
-
-    Raises:
-        ValueError: for a name that leads out of it.
-    """
+    """The path of a name below a folder; a name that leads out of it is refused."""
     path = Path(os.path.normpath(folder / name))
     if not path.is_relative_to(folder):
         raise ValueError(f"frame {name!r}: its name leads out of the folder that it is written to")
@@ -46,14 +42,13 @@ def place(
     size: tuple[int, int] | None,
     lens: Lens | None = None,
 ) -> None:
-    """Put an image at a path.
+    """Put an image at a path, as a hard link where it may be and the file system has them.
+
+    A photo whose EXIF asks for a turn is encoded again without that word: cameras describe the
+    pixels as they are stored, and some trainers would turn them.
 
     Args:
-        file: the image.
-        path: below a folder that may not be there yet.
-        link: as a hard link where the file system has them; else as a copy. A photo whose EXIF
-            asks for a turn is encoded again without that word, since cameras describe the pixels
-            as they are stored and some trainers would turn them.
+        file, path, link: see above.
         size: (width, height) that it is reduced to; None as it is.
         lens: undistorts it to that size; None to keep its distortion.
     """

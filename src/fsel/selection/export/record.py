@@ -12,15 +12,16 @@ import numpy as np
 from fsel.captures.colmap.estimator import found_by
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import BLURRED, DUPLICATE
+from fsel.core.geometry import pose_distance
 from fsel.core.problem import Method
 from fsel.core.wording import counted
 from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
 from fsel.selection.cover import Cover
 from fsel.selection.export.subset import Form
-from fsel.selection.outcome import Outcome, closest_pick
+from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
-from fsel.selection.validation import CandidateScore, ValidationResult
+from fsel.selection.validation import ValidationResult
 from fsel.selectors.policies import ScoringMethod
 from fsel.selectors.scorer import Linear
 
@@ -33,22 +34,13 @@ def content(
 ) -> dict[str, Any]:
     """Return the content of selection.json; its seconds are those of selecting.
 
-    Args:
-        outcome: the selection.
-        opened: the capture that it was made from.
-        form: in which it was written.
-        stated: `capture` says where the capture is and how it was opened, `settings` the options.
+    `stated["capture"]` says where the capture is and how it was opened, `"settings"` the options.
     """
     selection, targets, health = outcome.selection, outcome.targets, outcome.health
     budget, names = selection.budget, opened.capture.names
+    capture = {"layout": opened.layout, "frames": len(names), "dropped": opened.raw.dropped}
     return {
-        "capture": stated["capture"]
-        | {
-            "layout": opened.layout,
-            "frames": len(opened.capture),
-            "dropped": opened.raw.dropped,
-            "placed": _placed(opened.found),
-        },
+        "capture": stated["capture"] | capture | {"placed": _placed(opened.found)},
         "targets": {
             "kind": targets.kind,
             "views": len(targets.views),
@@ -73,8 +65,10 @@ def picked(outcome: Outcome) -> list[dict]:
     """One entry a pick, in pick order."""
     capture, selection, service = outcome.capture, outcome.selection, outcome.service
     known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
-    ranks = _sharpness_ranks(outcome.sharpness)
-    unsharp = None if ranks is None or outcome.health is None else outcome.health.of_kind(BLURRED)
+    ranks = unsharp = None
+    if outcome.health is not None and outcome.sharpness is not None:
+        unsharp = outcome.health.of_kind(BLURRED)
+        ranks = np.argsort(np.argsort(-outcome.sharpness, kind="stable")) + 1  # 1: the sharpest
     sights = outcome.sights
     entries = []
     for order, frame in enumerate(selection.indices):
@@ -101,15 +95,17 @@ def left(outcome: Outcome) -> list[dict]:
     """One entry a frame that was not picked, in capture order, with the reason."""
     capture, picks = outcome.capture, outcome.selection.indices
     pool = set(outcome.targets.pool(capture).tolist())
-    closest = closest_pick(capture, picks)
-    by_rule = _by_rule(outcome, picks)
+    centers, axes = capture.centers, capture.axes
+    closest = picks[pose_distance(centers, axes, centers[picks], axes[picks]).argmin(axis=1)]
+    by_rule, tried = _by_rule(outcome, picks), outcome.selection.tried
+    kept = f"the picks of {outcome.method.name if tried is None else tried.kept} were kept"
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
         if frame not in pool:
             reason = _left_out(outcome, frame)
         else:
-            reason = f"near {near}; {by_rule.get(frame, _by_another(outcome))}"
+            reason = f"near {near}; {by_rule.get(frame, kept)}"
         entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
     return entries
 
@@ -130,10 +126,7 @@ def unplaced(found: dict | None) -> list[dict]:
 
 
 def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
-    """Say what each frame lacks beside the last pick by the rule that picked; nothing by another.
-
-    The rule weighs what a frame shows of the views and how far it lies from the earlier picks.
-    """
+    """Say what each frame lacks beside the last pick, where a rule picked."""
     known = outcome.standing
     if known is None:
         return {}
@@ -161,13 +154,6 @@ def _lacks(shows: float, apart: float, views: str, than: str) -> str:
     return f"shows less of the {views} than {than}, and lies closer to earlier picks"
 
 
-def _by_another(outcome: Outcome) -> str:
-    """Name what picked, where it tells no score."""
-    tried = outcome.selection.tried
-    name = outcome.method.name if tried is None else tried.kept
-    return f"the picks of {name} were kept"
-
-
 def _left_out(outcome: Outcome, frame: int) -> str:
     """Reason why a frame is not one of those that may be selected."""
     targets = outcome.targets
@@ -176,15 +162,6 @@ def _left_out(outcome: Outcome, frame: int) -> str:
     if frame in targets.frames:
         return "held out as a target"
     return "is never to be selected" if frame in targets.never else "sees nothing of the object"
-
-
-def _sharpness_ranks(sharpness: np.ndarray | None) -> np.ndarray | None:
-    """(N,) 1 for the sharpest frame."""
-    if sharpness is None:
-        return None
-    ranks = np.empty(len(sharpness), np.int64)
-    ranks[np.argsort(-sharpness, kind="stable")] = np.arange(1, len(sharpness) + 1)
-    return ranks
 
 
 def reason(budget: Budget) -> str:
@@ -239,13 +216,14 @@ def _placed(found: dict | None) -> dict | None:
 def _validation(tried: ValidationResult) -> dict:
     """Describe what was tried on the capture's own frames, over the first selection."""
     own = {name: getattr(tried, name) for name in ("kept", "fits", "cut", "on_targets")}
-    return own | {"selections": [_scores(score) for score in tried.trials]}
-
-
-def _scores(trial: CandidateScore) -> dict:
-    """Describe a selection that was compared with the first."""
-    values = {name: round(getattr(trial, name), 4) for name in ("gain", "least", "error", "ssim")}
-    return {"name": trial.name, **values, "validation": trial.validation, "fits": trial.fits}
+    measured = ("gain", "least", "error", "ssim")
+    scores = [
+        {"name": trial.name}
+        | {name: round(getattr(trial, name), 4) for name in measured}
+        | {"validation": trial.validation, "fits": trial.fits}
+        for trial in tried.trials
+    ]
+    return own | {"selections": scores}
 
 
 def _scorer(method: Method) -> dict | None:

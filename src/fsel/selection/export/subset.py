@@ -49,12 +49,8 @@ class Form:
 
 
 def check_cameras(raw: RawCapture, undistort: bool) -> None:
-    """Refuse, before any work, cameras that transforms.json cannot state.
-
-    Raises:
-        ValueError: for a camera model that nerfstudio does not have, or, with `undistort`, one that
-            cannot be undistorted.
-    """
+    """Refuse, before any work, cameras that nerfstudio does not have, or, with `undistort`, that
+    cannot be undistorted."""
     for camera in dict.fromkeys(raw.cameras):
         if undistort:
             straight(camera)
@@ -70,23 +66,10 @@ def write(
 ) -> SparsePoints:
     """Write frames.txt, and a capture of the picks; with held-out frames, `train` and `test` each.
 
-    Trainers that hold frames out by themselves, or that ignore the lists of transforms.json, then
-    cannot train on what is held out. Both have the points that the picks see. Where there are
+    Trainers that ignore the lists of transforms.json then cannot train on what is held out. Both
+    have the points that the picks see, which are returned in the capture's world. Where there are
     masks, of the object or else the capture's own, each image gets one of its size, white where
-    pixels count.
-
-    Args:
-        stage: folder to fill.
-        opened: the capture, its cameras checked by `check_cameras`.
-        picks: (k,) frames to train on.
-        held: (F,) frames to evaluate on.
-        form: how.
-
-    Returns:
-        The points that were written, in the capture's world.
-
-    Raises:
-        ValueError: for a frame whose name leads out of the folder, or an unreadable image.
+    pixels count. The cameras were checked by `check_cameras`.
     """
     names = "".join(f"{opened.capture.names[i]}\n" for i in picks)
     (stage / "frames.txt").write_text(names, encoding="utf-8")
@@ -155,13 +138,7 @@ def _written(
 
 
 def true_cameras(raw: RawCapture, frames: Sequence[int], form: Form) -> list[Camera]:
-    """Cameras at the size that their images will have, as one image of each camera has it.
-
-    Args:
-        raw: the capture.
-        frames: n numbers.
-        form: longer side, and whether cameras are undistorted.
-    """
+    """Cameras at the size that their images will have, as one image of each camera has it."""
     true: dict[Camera, Camera] = {}
     for i in frames:
         camera = raw.cameras[i]

@@ -8,10 +8,7 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The whole sequence, whatever came first; any prefix of it is the start of the sequence.
-
-    Asked for more frames than stand for all, it takes the first of those observed.
-    """
+    """Return the start of the whole sequence; of more frames than it has, of those observed."""
     frames = problem.sequence
     return (frames if k <= len(frames) else problem.observed)[:k]
 

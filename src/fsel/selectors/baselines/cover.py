@@ -25,8 +25,7 @@ class Coverage:
     """Coverage (1 + u . b) / 2 of a splat seen along u, b being the closest direction already seen.
 
     A pick sees every splat inside its image, hidden or not, along the nearest of 128 directions. A
-    view's coverage is its splats', blended, averaged over the pixels that they reach; a view that
-    they do not reach comes last.
+    view's coverage is its splats', blended, averaged over the pixels that they reach.
     """
 
     def __init__(self, blends: Blends) -> None:
@@ -82,10 +81,7 @@ def _nearest(rays, directions):
 
 @exact
 def _raise(new, directions, splats, centers, start, index, best):
-    """Raise the coverage of all entries of some splats to that by a newly seen direction.
-
-    `new` holds each splat's direction, -1 for none.
-    """
+    """Raise the coverage of splats' entries to that by a `new` direction of each, -1 for none."""
     for view in range(len(centers)):
         for e in range(start[view], start[view + 1]):
             i = index[e]

@@ -41,14 +41,10 @@ class Tracks:
 
 
 def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
-    """Find the points that frames of a pool see.
+    """Find the points that frames of a pool, (n,) ascending, see.
 
     A capture without sparse points gets up to 256 in their place: the reference points of the
     pool's own frames (paper, Appendix A.1), each seen by the frames whose viewing cone holds it.
-
-    Args:
-        problem: the selection problem.
-        pool: (n,) ascending frames.
     """
     points, centers = problem.capture.points, problem.capture.centers[pool]
     place = np.full(len(problem.capture), -1)
@@ -131,11 +127,8 @@ def most_shared(tracks):
 
 @exact
 def _score(bearing, first, second):
-    """MVSNet's score of one point from two observations (Yao et al. 2018).
-
-    A Gaussian of the triangulation angle in degrees, 1 wide below 5 and 10 above. The angle is
-    twice the arcsine of half the chord, which is exact for small angles.
-    """
+    """MVSNet's score of one point from two observations (Yao et al. 2018): a Gaussian of the
+    triangulation angle in degrees, 1 wide below 5 and 10 above."""
     square = 0.0
     for a in range(3):
         square += (bearing[first, a] - bearing[second, a]) ** 2

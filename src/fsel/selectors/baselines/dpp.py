@@ -27,9 +27,6 @@ def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:
         described: (n, D) float64 rows of length one, or zero for a blank image.
         jitter: added to the kernel's diagonal.
         k: at most n.
-
-    Returns:
-        (k,) int64 rows in pick order. Time O(n k (D + k)), memory O(n k).
     """
     factor = np.empty((k, len(described)))
     left = np.where(described.any(axis=1), 1 + jitter, jitter)

@@ -11,11 +11,7 @@ ROUNDING = 1e-4  # relative error of sums in float32, at most
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Maximise sum_i max_{j in S} (1 + f_i . f_j) over the pool's frames i, greedily.
-
-    Similarities are made for blocks of rows as needed: memory stays linear in the pool. Their
-    sum over all frames, which bounds a row's gain, takes one product.
-    """
+    """Maximise sum_i max_{j in S} (1 + f_i . f_j) over the pool's frames i, greedily."""
     pool = problem.observed
     described = np.ascontiguousarray(problem.descriptors[pool])
 

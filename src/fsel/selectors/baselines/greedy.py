@@ -1,7 +1,4 @@
-"""Greedy maximisation that recomputes a gain only where it could change the pick.
-
-Several methods share it.
-"""
+"""Greedy maximisation that recomputes a gain only where it could change the pick."""
 
 from __future__ import annotations
 
@@ -33,9 +30,6 @@ def lazy_greedy(
         gains: rows -> their gains now, none negative.
         add: called with each pick, before the next gain is computed.
         k: at most n.
-
-    Returns:
-        (k,) int64 rows in pick order; the lowest of those that only rounding tells apart.
     """
     bounds = bounds.astype(np.float64)
     fresh = np.zeros(len(bounds), dtype=bool)
@@ -66,9 +60,6 @@ def locate(values: Callable[[np.ndarray], np.ndarray], bounds: np.ndarray, k: in
         values: (b,) rows -> (b, n) float32, none negative; computed in blocks, never all at once.
         bounds: (n,) no less than the sum of every row's values; infinity will do.
         k: at most n.
-
-    Returns:
-        (k,) int64 rows in pick order.
     """
     served = np.zeros(len(bounds), np.float32)
 
@@ -93,6 +84,5 @@ def _gained(values, served):
 
 
 def most_central(points: np.ndarray) -> int:
-    """Row of the (n, d) point nearest to the mean of all: a start that does not depend on the order
-    of rows."""
+    """Return the row of the (n, d) point nearest to the mean of all."""
     return int(np.argmin(np.linalg.norm(centered(points), axis=1)))

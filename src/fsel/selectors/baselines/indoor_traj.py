@@ -15,10 +15,7 @@ SPREAD = 0.5  # of the Gaussian over positions, in the cameras' root mean square
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick the frame whose greatest similarity to the selected is least.
-
-    Starts from the most central camera; ties go to the lowest frame.
-    """
+    """Pick the frame whose greatest similarity to the selected is least, first the most central."""
     pool = problem.observed
     rows_of = similarities(problem, pool)
     nearest = np.full(len(pool), -np.inf)
@@ -55,9 +52,7 @@ def similarities(problem: Problem, pool: np.ndarray) -> Callable[[int], np.ndarr
 
 
 METHOD = Method(
-    "indoor_traj",
-    "IndoorTraj max-min",
-    "observed",
+    *("indoor_traj", "IndoorTraj max-min", "observed"),
     nested=True,
     select=select,
     reads=("appearance",),

@@ -18,11 +18,7 @@ Rows = Callable[[np.ndarray], np.ndarray]
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Return the medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM).
-
-    Distances of a larger pool are made for blocks of rows as needed: memory stays linear in
-    the pool. Time grows with its square by definition: every swap is weighed against all frames.
-    """
+    """Return the medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM)."""
     pool = problem.observed
     distance = distances(
         problem.capture.centers[pool], problem.capture.axes[pool], problem.descriptors[pool]
@@ -37,11 +33,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> Rows:
     """Mean of centre distance, viewing angle and 1 - appearance similarity, each over its maximum.
 
-    Args:
-        centers, axes: (n, 3) float64; described: (n, D) float32 unit rows.
-
-    Returns:
-        Rows -> their distances; a maximum of nothing but rounding counts as one.
+    A maximum of nothing but rounding counts as one.
     """
     from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
 
@@ -81,16 +73,13 @@ def _angle(chord: np.ndarray) -> np.ndarray:
 def fasterpam(distance: Rows, count: int, medoids: np.ndarray) -> np.ndarray:
     """Swap medoids until no single swap lowers the summed distance (Schubert and Rousseeuw 2021).
 
-    Every candidate in turn, the most central first, is weighed against all medoids at once in
-    O(n + k), and the best swap is made as soon as it helps.
+    Every candidate in turn, the most central first, is weighed against all medoids at once, and the
+    best swap is made as soon as it helps. One medoid is returned as it came.
 
     Args:
         distance: of blocks of rows; computed anew in every round.
         count: n.
         medoids: (k,) int64 start.
-
-    Returns:
-        (k,) int64 medoids. One medoid is returned as it came: BUILD's first is the best.
     """
     if len(medoids) == 1:
         return medoids
@@ -115,7 +104,7 @@ def fasterpam(distance: Rows, count: int, medoids: np.ndarray) -> np.ndarray:
 def _swapped(distance, candidates, medoids, to_medoids, since):
     """Weigh (b,) candidates by their (b, n) distances; swap in place, medoids' distances too.
 
-    Returns the number of candidates weighed since the last swap; no more than n are.
+    Return the number of candidates weighed since the last swap.
     """
     n, k = to_medoids.shape[1], len(medoids)
     near, first, second = _assigned(to_medoids)

@@ -15,9 +15,8 @@ ROUNDING = 1e-9  # of distances between points of about unit size
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Return the nearest free frame of each cluster's mean.
 
-    Centres are divided by their radius about their mean, so that the world's unit has no effect.
-    The first means are a farthest-point sample from the most central frame, so that the result is
-    deterministic.
+    Centres are divided by their radius about their mean. The first means are a farthest-point
+    sample from the most central frame.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
@@ -29,10 +28,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
-    """Run Lloyd's algorithm: (n, d) points and (k, d) first means -> (k, d) means.
-
-    Stops when no point changes its cluster; a cluster left empty keeps its mean.
-    """
+    """Run Lloyd's algorithm on (n, d) points and (k, d) means; an empty cluster keeps its mean."""
     from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
 
     means = means.copy()
@@ -52,8 +48,7 @@ def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
 def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
     """Return (k,) int64 rows: the nearest one to each mean that no mean before it took.
 
-    Both members of a pair are equally near to their mean: the more central one is taken, so that
-    rounding does not choose.
+    Of a pair that is equally near to its mean, the more central one is taken.
     """
     remote = np.linalg.norm(centered(points), axis=1)
     free = np.ones(len(points), dtype=bool)

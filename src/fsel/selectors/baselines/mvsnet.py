@@ -16,8 +16,7 @@ ROUNDING = 1e-4  # relative error of sums in float32, at most
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Return the frames whose scores with the proxies have the largest sum; ties go to the lowest.
 
-    Scores are sums over shared sparse points (without any, predicted ones: see
-    `covisibility.tracks`).
+    Scores are sums over shared points, see `covisibility.tracks`.
     """
     seen = np.union1d(problem.candidates, problem.proxies)
     arrays = tracks(problem, seen).arrays
@@ -30,10 +29,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def facility_location(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Maximise sum_i max_{j in S} s(i, j) over the pool's frames i, greedily.
-
-    Scores are made for blocks of rows as needed: memory stays linear in the pool.
-    """
+    """Maximise sum_i max_{j in S} s(i, j) over the pool's frames i, greedily."""
     pool = problem.observed
     seen = tracks(problem, pool).arrays
     bounds = score_sums(seen) * (1 + ROUNDING)

@@ -9,10 +9,7 @@ from fsel.core.problem import Method, Problem
 
 
 def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
-    """Return (k,) frames of a pool: each target in turn takes its closest free frame.
-
-    The distance is the split's own; ties go to the lowest frame.
-    """
+    """Return (k,) frames of a pool: each target in turn takes its closest free frame."""
     capture, targets = problem.capture, problem.targets
     distance = pose_distance(
         capture.centers[pool], capture.axes[pool], targets.centers, targets.axes

@@ -13,9 +13,8 @@ from fsel.selectors.baselines.greedy import most_central
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Sample farthest points greedily under |c_i - c_j| + 2 r (1 - n_ij / max n).
 
-    n_ij counts shared sparse points (without any, predicted ones: see `covisibility.tracks`), r is
-    the cameras' radius about their mean. Starts from the most central camera; ties go to the lowest
-    frame.
+    n_ij counts shared points, see `covisibility.tracks`, r is the cameras' radius about their mean.
+    Starts from the most central camera.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]

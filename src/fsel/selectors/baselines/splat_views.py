@@ -1,7 +1,4 @@
-"""Splats fitted to the picks so far, and how much of every frame's view each of them fills.
-
-FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution.
-"""
+"""Splats fitted to the picks so far, and how much of every frame's view each of them fills."""
 
 from __future__ import annotations
 
@@ -76,19 +73,12 @@ def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
 
 
 def greedy_on_splats(
-    problem: Problem,
-    k: int,
-    criterion: Callable[[Blends], Criterion],
+    problem: Problem, k: int, criterion: Callable[[Blends], Criterion]
 ) -> np.ndarray:
     """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
 
     Starts with farthest views from the most central camera. Only images of picked frames are read.
-    Ties go to the lowest frame.
-
-    Args:
-        problem: the selection problem; picks are from P and O.
-        k: at most the size of that pool.
-        criterion: made anew for every fit, then given all picks so far.
+    The criterion is made anew for every fit, then given all picks so far.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
@@ -108,10 +98,8 @@ def greedy_on_splats(
 
 
 def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
-    """The same capture in one camera's frame and in units of the radius of a pool's cameras.
-
-    The world's own frame and unit then have no effect, not even by rounding to float32.
-    """
+    """The same capture in one camera's frame and in units of the radius of a pool's cameras: the
+    world's own have no effect, not even by rounding to float32."""
     centers, base = capture.centers[pool], capture.world_to_camera[origin]
     radius = np.linalg.norm(centered(centers), axis=1).max()
     unit = radius if radius > 0 else 1.0
@@ -136,12 +124,7 @@ def blend(
 ) -> tuple[np.ndarray, ...]:
     """Alpha-blend splats into views, front to back, each over 2x2 pixels bilinearly.
 
-    Args:
-        splats: (4, n) float32; poses: (V, 3, 4) float32; intrinsics: (V, 4) float32.
-        width, height: pixels.
-
-    Returns:
-        start, index, weight, square, covered: see `Blends`.
+    Arguments, and the start, index, weight, square and covered that are returned: see `Blends`.
     """
     n, views = splats.shape[1], len(poses)
     room = _room(n)
@@ -190,8 +173,7 @@ def _project(splats, pose, k, width, height, across, down, key):
 
 @exact
 def _blend(opacity, across, down, key, clear, index, weight, square):
-    """Write the entries of one view, front to back, and the light that passes; return their
-    number."""
+    """Write the entries of one view, front to back, and the light that passes; count them."""
     least, most = np.int64(2**40), np.int64(-1)
     for value in key:
         if value >= 0:
@@ -210,8 +192,7 @@ def _blend(opacity, across, down, key, clear, index, weight, square):
 
 @exact
 def _fill(clear, across, down, opacity):
-    """Blend one splat into the light that still passes; the sum of its weights and of their
-    squares."""
+    """Blend one splat into the light that still passes; sum its weights and their squares."""
     height, width = clear.shape
     left, top = int(np.floor(across)), int(np.floor(down))
     fu, fv = across - np.float32(left), down - np.float32(top)

@@ -9,10 +9,7 @@ from fsel.core.subsets import evenly
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick rows round(linspace(0, n - 1, k)) of the pool.
-
-    Several passes follow one another in capture order: each is sampled in proportion to its length.
-    """
+    """Pick rows round(linspace(0, n - 1, k)) of the pool, in capture order."""
     pool = problem.observed
     return pool[evenly(len(pool), k)]
 
