@@ -57,6 +57,7 @@ def test_a_signal_amid_imports_is_one_line(number, code, module):
         ("-k ten", ["-k", "'ten'"]),
         ("--rate x", ["--rate", "'x'"]),
         ("--link --long-side 32", ["--long-side", "--link"]),
+        ("--box 0 0 0 1 1 1 --masks m", ["--masks", "--box"]),
     ],
 )
 def test_values_that_make_no_sense_are_named(given, said, capsys):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from plyfile import PlyData
 from selection_problems import capture_of
-from small_captures import film, write_ring
+from small_captures import film, run, select, write_ring
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.cli import console, main
+from fsel.cli import console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.selection.scene_depth import viewing_distance
@@ -46,10 +46,6 @@ def test_long_loops_show_their_progress(terminal, delay, quiet, shown, monkeypat
     assert ("reading" in capsys.readouterr().err) == (terminal and not quiet)
 
 
-def run(*arguments):
-    return main([*map(str, arguments)])
-
-
 def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     film(capture, change={5: lambda shot: cv2.GaussianBlur(shot, (0, 0), 4)})
     assert run("info", capture, "--json") == 0
@@ -78,6 +74,9 @@ def test_two_frames_are_all_worth_keeping(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["worth_keeping"] == ["frame_000.jpg", "frame_001.jpg"]
     assert found["enough"] == "all 2 frames, which are too few to select from"
+    assert select(tmp_path / "two", "-k", 2, "-o", tmp_path / "out") == 1
+    said = "2 frames would leave nothing to select; at least 3"
+    assert said in capsys.readouterr().err
 
 
 def test_viewing_distance_is_the_median_depth_of_what_is_seen():

@@ -6,15 +6,12 @@ import signal
 import cv2
 import numpy as np
 import pytest
-from small_captures import camera_path, ring, write_ring
+from small_captures import camera_path, ring, run, write_ring
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.cli import main
-from fsel.cli.reconstructor_args import WRITE_PLY
 from fsel.cli.render import file_names
 from fsel.metrics import REGISTERED, Metric, published
-from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.reconstruct.gaussians import settings as quality
 from fsel.reconstruct.gaussians.training import Training
@@ -44,10 +41,6 @@ def ply(capture, tmp_path_factory):
     whole = fsel.read_capture(capture, long_side=SIDE)
     fsel.fit(whole, np.arange(1, 9), "gaussians", steps=20, gaussians=300).export_ply(path)
     return path
-
-
-def run(*arguments):
-    return main([*map(str, arguments)])
 
 
 def test_gaussians_are_written_after_the_steps_asked_for(capture, listed, tmp_path, capsys):
@@ -123,20 +116,6 @@ def test_a_reconstructor_is_refused_before_any_image_is_opened(
     assert run("reconstruct", capture, "--frames", listed, *asked, "-o", tmp_path / "x.ply") == 1
     assert said in capsys.readouterr().err
     assert not (tmp_path / "x.ply").exists()
-
-
-def test_those_that_write_a_ply_are_those_whose_models_do(capture):
-    quick = {
-        "splats": {},
-        "gaussians": {"steps": 1, "gaussians": 50},
-        "radiance_field": {"sides": [8], "steps": [1], "rays": 32},
-    }
-    # the others ask for a package, or for a program
-    assert set(RECONSTRUCTORS) - set(quick) == {"external"}
-    whole = fsel.read_capture(capture, long_side=16)
-    for name, settings in quick.items():
-        model = fsel.fit(whole, [1, 2, 3], name, **settings)
-        assert (name in WRITE_PLY) == hasattr(model, "export_ply")
 
 
 def test_a_ply_is_rendered_and_scored_as_the_library_does(capture, ply, tmp_path, capsys):

@@ -42,16 +42,6 @@ def test_a_flight_between_frames_of_a_model(made, capsys):
         assert red > 3 * blue
 
 
-def test_a_video_is_replaced_by_force_alone(made):
-    given = ["orbit", "--video", "a.mp4", "--long-side", "64", "--seconds", "0.1"]
-    assert film(*given) == 0
-    assert len(frames_of("a.mp4")) == 3
-    assert film(*given) == 1
-    (made / "a.mp4").write_bytes(b"")
-    assert film(*given, "--force") == 0
-    assert len(frames_of("a.mp4")) == 3
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [

@@ -13,12 +13,9 @@ from small_captures import camera_path, record_of, ring, select, state_orientati
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.captures.images.previews import sharpness_of_files
-from fsel.captures.lazy import open_capture
 from fsel.captures.read import read_capture
 from fsel.cli.parser import parser
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.selection.export import subset
 from fsel.selectors.scorer import Network
 
 
@@ -110,14 +107,20 @@ def test_held_out_frames_are_never_trained_on(capture, tmp_path):
     assert [name for name, why in reasons.items() if "held out" in why] == held
 
 
-def test_images_are_linked_or_copied(capture, tmp_path):
+def test_images_are_linked_where_asked_and_possible_or_copied(capture, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EXDEV, "Invalid cross-device link")
+
     assert select(capture, "-k", 3, "-o", tmp_path / "linked", "--link") == 0
     assert select(capture, "-k", 3, "-o", tmp_path / "copied") == 0
+    monkeypatch.setattr(os, "link", refuse)
+    assert select(capture, "-k", 3, "-o", tmp_path / "elsewhere", "--link") == 0
     for name in (tmp_path / "linked" / "frames.txt").read_text().split():
         original = capture / "images" / name
         assert (tmp_path / "linked" / "images" / name).samefile(original)
-        assert not (tmp_path / "copied" / "images" / name).samefile(original)
-        assert (tmp_path / "copied" / "images" / name).read_bytes() == original.read_bytes()
+        for copy in ("copied", "elsewhere"):
+            assert not (tmp_path / copy / "images" / name).samefile(original)
+            assert (tmp_path / copy / "images" / name).read_bytes() == original.read_bytes()
 
 
 @pytest.mark.parametrize("more", [(), ("--link",), ("--long-side", 64)])
@@ -141,15 +144,6 @@ def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
         original = capture / "images" / path.name
         assert path.stat().st_nlink == 1
         assert cv2.imread(str(original)).shape == (64, 48, 3)
-
-
-def test_without_hard_links_images_are_copied(capture, tmp_path, monkeypatch):
-    def refuse(*_):
-        raise OSError(errno.EXDEV, "Invalid cross-device link")
-
-    monkeypatch.setattr(os, "link", refuse)
-    assert select(capture, "-k", 3, "-o", tmp_path / "out", "--link") == 0
-    assert len(list((tmp_path / "out" / "images").iterdir())) == 3
 
 
 def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
@@ -186,27 +180,6 @@ def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expecte
     back = read_capture(tmp_path / "out", "nerfstudio", long_side=64, max_error=1)
     rows = [whole.names.index(name) for name in back.names]
     np.testing.assert_allclose(back.intrinsics, whole.intrinsics[rows], rtol=1e-9)
-
-
-def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
-    """A video is read from its start on: its frames come one after the other."""
-    path = tmp_path / "film.mkv"
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 30, (64, 48), True)
-    opened = open_capture(capture)
-    shots = [image_files.load(file) for file in opened.raw.images]
-    for shot in shots:
-        writer.write(np.ascontiguousarray(shot[..., ::-1]))
-    writer.release()
-    video = image_files.Video(path)
-    film = [image_files.VideoFrame(video, i) for i in range(24)]
-    np.testing.assert_allclose(
-        sharpness_of_files(film, 64), sharpness_of_files(opened.raw.images, 64), rtol=0.05
-    )
-    shown = replace(opened, raw=replace(opened.raw, images=film))
-    subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), subset.Form())
-    for i, folder in ((2, "train"), (3, "test"), (7, "train")):
-        written = image_files.load(tmp_path / folder / "images" / f"frame_{i:03d}.jpg")
-        assert np.abs(written.astype(int) - shots[i]).mean() < 3
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import cv2
 import numpy as np
-import pytest
 from small_captures import camera_path, record_of, ring, select
 
 
@@ -32,14 +31,3 @@ def test_a_selection_for_an_object_looks_at_the_object(capture, tmp_path):
         assert content["targets"]["views"] == 12
         assert all(entry["index"] <= 13 for entry in content["frames"])
     assert record_of(tmp_path / "box")["settings"]["box"] == box[1:]
-
-
-def test_objects_that_cannot_be_are_refused(capture, tmp_path, capsys):
-    far = ["--box", 0, 900, 0, 1, 901, 1]  # far below all cameras
-    assert select(capture, "-k", 4, *far, "-o", tmp_path / "out") == 1
-    assert "outside of the scene" in capsys.readouterr().err
-    assert select(capture, "-k", 4, "--masks", tmp_path / "no", "-o", tmp_path / "out") == 1
-    assert "no such folder of masks" in capsys.readouterr().err
-    with pytest.raises(SystemExit) as stop:
-        select(capture, "-k", 4, *far, "--masks", tmp_path, "-o", tmp_path / "out")
-    assert stop.value.code == 2

@@ -2,11 +2,12 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from small_captures import camera_path, pose_anew, record_of, ring, run, select
+from small_captures import camera_path, damage_pixels, pose_anew, record_of, ring, run, select
 
 import fsel
 from fsel.selection.focus import check_within, from_box, scene_bounds
@@ -111,6 +112,24 @@ def test_an_object_is_compared_inside_of_its_outline(by, capture, tmp_path):
     held = ["frame_000.jpg", "frame_008.jpg"] + ["frame_016.jpg"] * (by == "--box")
     assert one["targets"] == held
     assert one["rows"][0]["psnr"] == pytest.approx(two["rows"][0]["psnr"], abs=0.02)
+
+
+@pytest.mark.parametrize("more", [[], ["--geometry-only"], ["--long-side", 32]])
+@pytest.mark.parametrize("how", [["--always", "names.txt"], ["--targets", "every:4"]])
+def test_damaged_pixels_are_exported_neither_as_a_pick_nor_held_out(
+    more, how, capture, tmp_path, monkeypatch, capsys
+):
+    """The header is whole: what decodes the image refuses it."""
+    monkeypatch.chdir(tmp_path)
+    damage_pixels(capture / "images" / "frame_008.jpg")
+    Path("names.txt").write_text("frame_008.jpg\n")
+    assert select(capture, "-k", 4, *how, *more, "-o", "out") == 1
+    printed = capsys.readouterr().err
+    for said in ("frame_008.jpg: not a readable image: its ", "--skip-unreadable", "--never"):
+        assert said in printed
+    assert not Path("out").exists()
+    assert select(capture, "-k", 3, "--never", "names.txt", *more, "-o", "out") == 0
+    assert len(fsel.read_capture(capture, long_side=48, skip_unreadable=True)) == 23
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 import json
 import re
 import socket
-import subprocess
 import sys
+import threading
 import urllib.request
 
 import numpy as np
@@ -30,11 +30,6 @@ def made(tmp_path, monkeypatch):
     monkeypatch.setattr(bundle, "SHIPPED", tmp_path / "bundle.js")
     (tmp_path / "bundle.js").write_text(f"/* {bundle._mark()}\n*/")
     return tmp_path
-
-
-def fetched(place):
-    with urllib.request.urlopen(place) as answer:
-        return answer.read()
 
 
 def data_of(page):
@@ -90,12 +85,15 @@ def test_many_photos_are_smaller(made, monkeypatch):
         (["ring", "ring"], "a second capture"),
         (["model.ply", "-o", "page.txt"], "page.txt: a page is written as .html"),
         (["broken"], "selection.json: is no record of fsel select"),
+        (["empty.ply"], "empty.ply: holds no Gaussians"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys):
     monkeypatch.chdir(made)
     (made / "broken").mkdir()
     (made / "broken" / "selection.json").write_text("{}")
+    nothing = np.zeros((0, 3))
+    ply.write_round("empty.ply", nothing, nothing, nothing[:, 0], nothing[:, 0])
     out = [] if "-o" in given else ["-o", "page.html"]
     assert main(["view", *given, *out]) == 1
     assert said in capsys.readouterr().err
@@ -103,15 +101,6 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there, two may listen at one port")
-def test_a_model_without_gaussians_is_refused(tmp_path, capsys):
-    nothing = np.zeros((0, 3))
-    path = tmp_path / "empty.ply"
-    ply.write_round(path, nothing, nothing, np.zeros(0), np.zeros(0))
-    assert main(["view", str(path), "-o", str(tmp_path / "page.html")]) != 0
-    assert "empty.ply: holds no Gaussians" in capsys.readouterr().err
-    assert not (tmp_path / "page.html").exists()
-
-
 def test_a_port_that_another_program_has_is_refused(made, capsys):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
@@ -119,19 +108,21 @@ def test_a_port_that_another_program_has_is_refused(made, capsys):
     assert f"--serve {port}: Address already in use. Hint: another" in capsys.readouterr().err
 
 
-def test_a_server_gives_the_page_and_the_model(made):
-    program = "import sys; from fsel.cli import main; from fsel.pages.viewer import bundle; "
-    program += "from pathlib import Path; bundle.SHIPPED = Path(sys.argv.pop(1)); sys.exit(main())"
-    command = [sys.executable, "-c", program, made / "bundle.js", "view", made / "model.ply"]
-    server = subprocess.Popen([*command, "--serve", "0"], stdout=subprocess.PIPE, text=True)
-    try:
-        place = next(filter(None, (re.search(r"http://\S+/", line) for line in server.stdout)))[0]
-        content = data_of(fetched(place).decode())
-        assert content["model"] == {"url": view.MODEL}
-        served = made / "served.ply"
-        served.write_bytes(fetched(place + view.MODEL))
-        np.testing.assert_allclose(ply.read(served).xyz + content["origin"], [[1, 1, 1]])
-    finally:
-        server.terminate()
-        server.communicate(timeout=20)
-    assert server.returncode == 0
+def test_a_server_gives_the_page_and_the_model_until_ctrl_c(made, monkeypatch):
+    serve, found = view.ThreadingHTTPServer.serve_forever, {}
+
+    def visited(server):
+        threading.Thread(target=serve, args=[server]).start()
+        place = f"http://127.0.0.1:{server.server_port}/"
+        for name in ("", view.MODEL):
+            with urllib.request.urlopen(place + name) as answer:
+                found[name] = answer.read()
+        server.shutdown()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(view.ThreadingHTTPServer, "serve_forever", visited)
+    assert main(["view", str(made / "model.ply"), "--serve", "0"]) == 0
+    content = data_of(found[""].decode())
+    assert content["model"] == {"url": view.MODEL}
+    (made / "served.ply").write_bytes(found[view.MODEL])
+    np.testing.assert_allclose(ply.read(made / "served.ply").xyz + content["origin"], [[1, 1, 1]])
