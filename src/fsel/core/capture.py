@@ -75,21 +75,17 @@ class Capture:
     Attributes:
         names: N frame names in natural order, distinct.
         world_to_camera: (N, 3, 4) float64, OpenCV axes.
-        intrinsics: (N, 4) float64, fx, fy, cx, cy in pixels at the working size;
-            the top-left pixel's centre is (0.5, 0.5).
+        intrinsics: (N, 4) float64, as in `Views`, at the working size.
         images: (N, h, w, 3) uint8, undistorted, RGB; may be a read-only memory map, or a
             sequence that opens files when indexed (`fsel.captures.canonical.LazyImages`).
         sequences: N labels of the recording pass each frame belongs to.
-        points: sparse points, or None.
         masks: (N, h, w) bool, True where a pixel counts, or None.
         source: what was read, in words (layout and folder).
         files: what the files say of these frames, for exports
-            (`fsel.captures.layouts.contract.RawCapture`); None for a capture that was not read
-            from files.
+            (`fsel.captures.layouts.contract.RawCapture`); None where none were read.
 
     Raises:
-        ValueError: for sizes that disagree, values that are not finite, or a pose that is no
-            rotation.
+        ValueError: for sizes that disagree, values not finite, or a pose that is no rotation.
     """
 
     names: tuple[str, ...]
@@ -113,27 +109,28 @@ class Capture:
         )
 
     def __post_init__(self) -> None:
-        n = len(self.names)
-        _expect(n > 0, "a capture needs at least one frame", self.source)
-        _expect(len(set(self.names)) == n, "frame names must be distinct", self.source)
-        _shape("world_to_camera", self.world_to_camera, (n, 3, 4), self.source)
-        _shape("intrinsics", self.intrinsics, (n, 4), self.source)
-        _expect(
+        n, k = len(self.names), self.intrinsics
+        self._expect(n > 0, "a capture needs at least one frame")
+        self._expect(len(set(self.names)) == n, "frame names must be distinct")
+        shapes = {"world_to_camera": (n, 3, 4), "intrinsics": (n, 4)}
+        shapes |= {} if self.masks is None else {"masks": self.images.shape[:3]}
+        for name, wanted in shapes.items():
+            shape = getattr(self, name).shape
+            self._expect(shape == wanted, f"{name} must be {wanted}, got {shape}")
+        self._expect(
             self.images.ndim == 4 and len(self.images) == n and self.images.dtype == np.uint8,
             f"images must be ({n}, h, w, 3) uint8, got {self.images.shape} {self.images.dtype}",
-            self.source,
         )
-        _expect(len(self.sequences) == n, f"sequences must name {n} frames", self.source)
-        if self.masks is not None:
-            _shape("masks", self.masks, self.images.shape[:3], self.source)
+        self._expect(len(self.sequences) == n, f"sequences must name {n} frames")
         check_poses(self.names, self.world_to_camera, self.source)
-        k = self.intrinsics
-        for i in np.flatnonzero(~(np.isfinite(k).all(axis=1) & (k[:, :2] > 0).all(axis=1)))[:1]:
-            _expect(
-                False,
-                f"intrinsics must be finite with positive focal lengths, got {k[i].tolist()}",
-                f"{self.source}: frame {self.names[i]!r}",
-            )
+        sound = np.isfinite(k).all(axis=1) & (k[:, :2] > 0).all(axis=1)
+        first = int(np.argmin(sound))  # of those that are not
+        said = f"intrinsics must be finite with positive focal lengths, got {k[first].tolist()}"
+        self._expect(bool(sound.all()), f"frame {self.names[first]!r}: {said}")
+
+    def _expect(self, holds: bool, message: str) -> None:
+        if not holds:
+            raise ValueError(f"{self.source}: {message}" if self.source else message)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -163,11 +160,9 @@ class Capture:
         return self.views.subset(frames)
 
     def subset(self, frames: np.ndarray, images: np.ndarray | None = None) -> Capture:
-        """Return a capture of some of the frames, in the given order, and of what they observe.
+        """Return a capture of (n,) distinct frames, in the given order, and of what they observe.
 
-        Args:
-            frames: (n,) distinct frames.
-            images: (n, h, w, 3) uint8 of theirs, where they are in memory already.
+        `images` are theirs, (n, h, w, 3) uint8, where they are in memory already.
         """
         return replace(
             self,
@@ -247,12 +242,3 @@ def _save_array(array: np.ndarray, path: Path) -> None:
 
 def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-
-
-def _shape(name: str, array: np.ndarray, wanted: tuple[int, ...], where: str) -> None:
-    _expect(array.shape == wanted, f"{name} must be {wanted}, got {array.shape}", where)
-
-
-def _expect(holds: bool, message: str, where: str) -> None:
-    if not holds:
-        raise ValueError(f"{where}: {message}" if where else message)

@@ -1,14 +1,10 @@
 """Two ways to compile a function with numba.
 
-The sum of floating-point numbers depends on their order, and the order that is fastest depends on
-the processor. A value that is cut to an integer, compared or ranked may then turn out another way.
-Functions with such values are compiled by `exact`: every operation rounds as IEEE 754 says, in the
-order that the source states, on every processor. Functions whose sums are results in themselves may
-be compiled by `reordered`, where vectors pay: they give equal bytes where they are compiled for the
-same instructions, see `fsel.workflow.machine`.
-
-Neither allows reciprocals in place of quotients nor approximate functions: those begin with an
-estimate, which processors of two makers return with different digits.
+The order in which sums are fastest depends on the processor, and with it their last digits. Values
+that are cut to an integer, compared or ranked are computed by functions that `exact` compiles; sums
+that are results in themselves may be `reordered`: equal bytes on equal instructions, see
+`fsel.workflow.machine`. Neither allows reciprocals for quotients nor approximate functions, whose
+digits differ between two makers of processors.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 File = str | Path
-Files = Sequence[str | Path]
+Files = Sequence[File]
 Columns = Mapping[str, Any]
 """Name -> (n,) numbers, booleans or texts, (n, m) numbers, or n arrays of numbers: a table of n
 rows. A DataFrame is read as one too."""
@@ -42,9 +42,8 @@ def cache() -> Path:
 
 
 def unfinished(path: Path) -> Path:
-    """Return the name beside `path` under which this process writes it.
+    """Return the name beside `path` under which this process of this machine writes it.
 
-    It holds the machine and the process: two jobs of a cluster that write one file never share it.
     What processes of this machine that are gone left there is removed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -63,23 +62,19 @@ def host() -> str:
 
 def running(process: int) -> bool:
     """Check whether a process of this machine runs, by its number; on Windows, whether it may."""
-    if os.name == "nt":  # where signal 0 is not a question
-        return True
     try:
-        os.kill(process, 0)
+        if os.name != "nt":  # where signal 0 is not a question
+            os.kill(process, 0)
     except ProcessLookupError:
         return False
     except PermissionError:  # somebody else's
-        return True
+        pass
     return True
 
 
 @contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` that takes its place when the block succeeds.
-
-    A job that is killed half-way leaves the old file, or none, but never half a file.
-    """
+    """Yield a temporary path beside `path` that takes its place when the block succeeds."""
     path = Path(path)
     temporary = unfinished(path)
     try:
@@ -117,8 +112,7 @@ def digest(values: Mapping[str, Any]) -> str:
 def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
     """Return twelve hexadecimal digits of files and of a mapping: what a result depends on.
 
-    Of a large file, such as a capture's images, size and time of change stand for its content:
-    reading it would take as long as using it.
+    Size and time of change stand for the content of a large file, such as a capture's images.
     """
     total = hashlib.sha256(digest(values).encode())
     for path in map(Path, paths):
@@ -133,16 +127,9 @@ def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
 def write_table(
     table: Columns | pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
 ) -> None:
-    """Write a Parquet file whose schema metadata tells units and the config's digest.
+    """Write a Parquet file whose schema metadata tells units and the config's `digest`.
 
-    Args:
-        table: the rows; the index of a DataFrame is dropped.
-        path: where to.
-        units: column -> unit, for columns that have one.
-        config: digest of the parameters that made the rows, see `digest`.
-
-    Raises:
-        ValueError: when `units` names a column that is not there.
+    The index of a DataFrame is dropped. `units`: column -> unit, for columns that have one.
     """
     unknown = set(units) - set(table)
     if unknown:
@@ -153,7 +140,7 @@ def write_table(
 def write_parquet(
     table: Columns | pd.DataFrame, path: str | Path, metadata: Mapping[str, str]
 ) -> None:
-    """Write a Parquet file whose schema has metadata; arguments as of `write_table`."""
+    """Write a Parquet file whose schema has metadata."""
     parquet = _parquet()
     import pyarrow as pa
 
@@ -167,11 +154,7 @@ def write_parquet(
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
-    """Read a Parquet file.
-
-    Raises:
-        ValueError: for a file that is none, or damaged, naming it.
-    """
+    """Read a Parquet file; ValueError for one that is damaged, by name."""
     import pandas as pd  # here: it takes longer to import than a selection takes
 
     with _readable(path):
@@ -179,11 +162,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def read_columns(path: str | Path) -> dict[str, np.ndarray]:
-    """Read a Parquet file without missing values; see `from_arrow`.
-
-    Raises:
-        ValueError: for a file that is none, damaged, or lacks values, naming it.
-    """
+    """Read a Parquet file; ValueError for one that is damaged or lacks values, by name."""
     parquet = _parquet()
     with _readable(path), parquet.ParquetFile(path) as file:
         table = file.read()
@@ -224,11 +203,7 @@ def _readable(path: str | Path) -> Iterator[None]:
 
 
 def mapped_array(path: str | Path) -> np.ndarray:
-    """Open a .npy file as a read-only map: pages are read when they are touched.
-
-    Raises:
-        ValueError: for a file that is none, or shorter than its header says, naming it.
-    """
+    """Open a .npy file as a read-only map; ValueError for one that is damaged, by name."""
     try:
         return np.load(path, mmap_mode="r")
     except (ValueError, EOFError) as error:
@@ -256,7 +231,7 @@ def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
 
 
 def to_arrow(column: Any) -> pa.Array:
-    """Return an Arrow array of a column as `Columns` describes it; one of arrays becomes lists."""
+    """Return a column, see `Columns`, as an Arrow array; one of arrays becomes lists."""
     import pyarrow as pa
 
     if len(column) and np.ndim(column[0]):
@@ -275,10 +250,7 @@ def to_arrow(column: Any) -> pa.Array:
 
 
 def from_arrow(array: pa.Array) -> np.ndarray:
-    """Return a column of an Arrow array; no value of it is missing.
-
-    Lists of one length become a matrix, others an array of arrays.
-    """
+    """Return a column without missing values; lists of one length become a matrix."""
     import pyarrow as pa
 
     if pa.types.is_list(array.type):

@@ -18,8 +18,7 @@ LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the h
 def merged(points: np.ndarray) -> np.ndarray:
     """Return (n, 3) points, with coordinates made equal that only rounding tells apart.
 
-    Cameras in one place then are in one place: a column of their distances would else be noise,
-    and standardising it would make the noise decide.
+    Of cameras in one place, distances would else be noise, which standardising would blow up.
     """
     out = points.copy()
     limit = ROUNDING * np.abs(points).max(initial=0.0)
@@ -32,8 +31,7 @@ def merged(points: np.ndarray) -> np.ndarray:
 
 
 def centered(points: np.ndarray) -> np.ndarray:
-    """(n, d) points less their mean: exactly zero where all are equal, as (x + ... + x) / n is not
-    always x."""
+    """Return (n, d) points less their mean: exactly zero where all are equal."""
     offset = points - points[0]
     return offset - offset.mean(axis=0)
 
@@ -54,12 +52,10 @@ def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
 
 def upwards(world_to_camera: np.ndarray) -> np.ndarray:
-    """(3,) unit upward direction of (N, 3, 4) poses: across the images' horizontal axes, by least
-    squares.
+    """Return the (3,) unit upward direction of (N, 3, 4) poses: across the horizontal axes.
 
-    A mean of the images' own upward axes is tilted where cameras look down from one side only. It
-    decides where the horizontal axes leave a choice, as on a straight track; where it cancels out,
-    -y does.
+    By least squares; where these leave a choice, as on a straight track, the mean of the images'
+    upward axes decides, and where it cancels out, -y.
     """
     mean = -world_to_camera[:, 1, :3].mean(axis=0)
     right = world_to_camera[:, 0, :3]
@@ -87,22 +83,13 @@ def turned(world_to_camera: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 
 def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """Return (..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned.
-
-    Args:
-        poses: (..., 3, 4) world-to-camera.
-        turns: (..., 3, 3) rotations.
-        shifts: (..., 3) world units.
-    """
+    """Return (..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned."""
     back = (poses[..., 3] - shifts)[..., None]
     return turns @ np.concatenate([poses[..., :3], back], axis=-1)
 
 
 def invert_pose(pose: np.ndarray) -> np.ndarray:
-    """Invert (..., 3+, 4) rigid poses to (..., 3, 4), by transposing their rotations.
-
-    Poses that are not finite, as trackers write where they are lost, give such ones.
-    """
+    """Invert (..., 3+, 4) rigid poses to (..., 3, 4); those that are not finite stay so."""
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
     with np.errstate(invalid="ignore"):
         return np.concatenate([rotation, -rotation @ pose[..., :3, 3:]], axis=-1)
@@ -115,12 +102,7 @@ def pixel_centers(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pixel_rays(intrinsics: np.ndarray, width: int, height: int) -> np.ndarray:
-    """Return (h, w, 3) rays through the pixels' centres in the camera's axes, with z = 1.
-
-    Args:
-        intrinsics: (4,) fx, fy, cx, cy in pixels.
-        width, height: of the image.
-    """
+    """Return (h, w, 3) rays through the pixels' centres in the camera's axes, with z = 1."""
     x, y = pixel_centers(width, height)
     fx, fy, cx, cy = intrinsics
     return np.stack([(x - cx) / fx, (y - cy) / fy, np.ones_like(x)], axis=-1)
@@ -129,15 +111,14 @@ def pixel_rays(intrinsics: np.ndarray, width: int, height: int) -> np.ndarray:
 def line_equations(
     points: np.ndarray, axes: np.ndarray, weights: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the normal equations of the point nearest to lines.
+    """Return the normal equations of the point nearest to lines, by weighted squared distances.
 
     Args:
         points, axes: (n, 3) a point of each line and its unit direction.
-        weights: (n,) of the squared distances; None for equal ones.
+        weights: (n,); None for equal ones.
 
     Returns:
-        (3, 3) matrix and (3,) right side of the equations, and the (n, 3, 3) projections across
-        the lines.
+        (3, 3) matrix, (3,) right side, and the (n, 3, 3) projections across the lines.
     """
     across = np.eye(3) - axes[:, :, None] * axes[:, None]
     weighted = across if weights is None else weights[:, None, None] * across
@@ -150,15 +131,10 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return angles between unit vectors, exact even where they are nearly (anti)parallel.
+    """Return (...) angles between (..., 3) unit vectors, radians in [0, pi].
 
-    Args:
-        a: (..., 3) unit vectors.
-        b: (..., 3) unit vectors, broadcast against `a`.
-
-    Returns:
-        (...) radians in [0, pi]: 2 atan2(|a - b|, |a + b|) (Kahan); 0 for vectors that only
-        rounding tells apart.
+    2 atan2(|a - b|, |a + b|) (Kahan) is exact for nearly (anti)parallel vectors; those that only
+    rounding tells apart are 0 apart.
     """
     chord = lengths(a - b)
     return 2 * np.arctan2(np.where(chord > SAME_AXIS, chord, 0.0), lengths(a + b))
@@ -170,24 +146,16 @@ def pairwise_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return (A, B) Euclidean distances between (A, 3) and (B, 3) points, by differences.
-
-    The expanded square would lose everything for coordinates far from the origin.
-    """
+    """Return (A, B) distances of (A, 3) and (B, 3) points, exact also far from the origin."""
     return lengths(a[:, None] - b[None])
 
 
 def pose_distance(
     centers_a: np.ndarray, axes_a: np.ndarray, centers_b: np.ndarray, axes_b: np.ndarray
 ) -> np.ndarray:
-    """Return the split's distance: centre distance and viewing angle, each over its maximum.
+    """Return the split's (A, B) distance in [0, 2] (paper, section 3.1).
 
-    Args:
-        centers_a, axes_a: (A, 3) camera centres and unit optical axes.
-        centers_b, axes_b: (B, 3).
-
-    Returns:
-        (A, B) in [0, 2]; a maximum of zero counts as one (paper, section 3.1).
+    Distance of (A, 3) and (B, 3) centres and viewing angle, each over its maximum (or 1 for 0).
     """
     total = np.zeros((len(centers_a), len(centers_b)))
     for part in (pairwise_distances(centers_a, centers_b), pairwise_angles(axes_a, axes_b)):
@@ -205,14 +173,9 @@ def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
-    """Return the closest point of each ray, t >= 0, to the centroid of the candidates' centres.
+    """Return the (O, 3) points of rays, t >= 0, closest to a centroid (paper, Appendix A.1).
 
-    Args:
-        centers, axes: (O, 3) of the reference views.
-        centroid: (3,).
-
-    Returns:
-        (O, 3) (paper, Appendix A.1).
+    `centers` and `axes` are (O, 3), of the reference views; `centroid` is the candidates', (3,).
     """
     along = np.einsum("oi,oi->o", centroid - centers, axes)
     least = ROUNDING * np.abs(centers).max(initial=0.0)
@@ -233,11 +196,7 @@ def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) 
 
 
 def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) -> None:
-    """Refuse (N, 3, 4) poses that are not finite or no rotations, naming the frame.
-
-    Raises:
-        ValueError: with the pose's determinant and what it usually means.
-    """
+    """Refuse (N, 3, 4) poses that are not finite or no rotations: ValueError naming the frame."""
 
     def refuse(frame: int, fault: str) -> None:
         raise ValueError(f"{source}: frame {names[frame]!r}: {fault}")
@@ -274,10 +233,7 @@ def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid(poses: np.ndarray) -> np.ndarray:
-    """Make rotations orthonormal again that were printed with few digits.
-
-    Only errors of rounding are corrected; larger ones are refused later.
-    """
+    """Make rotations orthonormal again that were printed with few digits; others stay."""
     if not np.isfinite(poses).all():
         return poses
     left, stretch, right = np.linalg.svd(poses[:, :, :3])

@@ -9,12 +9,9 @@ from pathlib import Path
 
 
 def matched(names: list[str], others: list[str]) -> dict[str, int]:
-    """Match two lists of names: by whole names, else by file names, else by stems.
+    """Return other name -> index into `names`: by whole names, else by file names, else by stems.
 
     A way of comparing under which two of `names`, or two of `others`, are alike is passed over.
-
-    Returns:
-        Other name -> index into `names`, for those that are found.
     """
     for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
         rows = {key(name): i for i, name in enumerate(names)}

@@ -28,11 +28,17 @@ def staged(
 
     Raises:
         FileExistsError: when `out` exists, at the start or at the end, and not `force`.
-        ValueError: when `out` is, holds or lies in an input.
+        ValueError: when `out` is, holds or lies in an input, whatever links lead there.
     """
-    _refuse_overlap(out, inputs)
-    _refuse_existing(out, force)
     place = Path(os.path.realpath(out))
+    for path in inputs:
+        source = Path(os.path.realpath(path))
+        if place.is_relative_to(source) or source.is_relative_to(place):
+            raise ValueError(
+                f"{out}: an output may not be, hold or lie in what is read, {path}. "
+                "Hint: give another place"
+            )
+    _refuse_existing(out, force)
     stage = unfinished(place)
     _remove(stage)
     try:
@@ -42,18 +48,6 @@ def staged(
         _rename(stage, place)
     finally:
         _remove(stage)
-
-
-def _refuse_overlap(out: Path, inputs: Iterable[Path]) -> None:
-    """Refuse an output that is, holds or lies in what is read, whatever links lead there."""
-    place = Path(os.path.realpath(out))
-    for path in inputs:
-        source = Path(os.path.realpath(path))
-        if place.is_relative_to(source) or source.is_relative_to(place):
-            raise ValueError(
-                f"{out}: an output may not be, hold or lie in what is read, {path}. "
-                "Hint: give another place"
-            )
 
 
 def _refuse_existing(out: Path, force: bool) -> None:

@@ -24,13 +24,7 @@ def missing(package: str, version: str) -> str:
 
 
 def fetch(package: str, version: str, sha256: str, folder: Path) -> Path:
-    """Fetch a package from wherever pip is set to look.
-
-    Args:
-        package: its name.
-        version: of it.
-        sha256: of the one archive of it that is taken: a wheel, or a source distribution.
-        folder: receives the archive.
+    """Fetch the one archive, a wheel or a source distribution, with a sha256 into a folder.
 
     Raises:
         Unobtainable: when pip does not get it, or its sha256 differs.
@@ -47,11 +41,7 @@ def fetch(package: str, version: str, sha256: str, folder: Path) -> Path:
 
 
 def _pip(package: str, *words: str, seconds: float) -> str:
-    """Return what a command of pip prints.
-
-    Raises:
-        Unobtainable: when it fails, with the last line that it says.
-    """
+    """Return what a command of pip prints; `Unobtainable` with its last line where it fails."""
     command = [sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check"]
     limits = ["--retries", "1", "--timeout", "15"]
     try:

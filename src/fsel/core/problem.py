@@ -56,13 +56,7 @@ class Problem:
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: Columns) -> Problem:
-        """Return the selection problem of a split.
-
-        Args:
-            capture: the capture.
-            split: of its frames.
-            described: `descriptor` and `sharpness` of all frames, in order.
-        """
+        """Return the problem of a split, given `descriptor` and `sharpness` of all frames."""
         return cls(
             capture=capture,
             candidates=split.candidates,
@@ -74,7 +68,7 @@ class Problem:
 
     @classmethod
     def load(cls, folder: str | Path, split: str | Path) -> Problem:
-        """The problem of a split.parquet and the folder of a canonical capture, described."""
+        """Read the problem of a split.parquet and the folder of a described capture."""
         folder = Path(folder)
         described = read_columns(folder / "descriptors.parquet")
         return cls.of(Capture.load(folder), Split.load(split), described)

@@ -40,12 +40,8 @@ class MissingRequirement(ValueError):
 class Unfinished(RuntimeError):
     """A reconstruction without the images that it was to make.
 
-    Evaluations go on: tables show the outcome in the place of numbers. A search stops, since a
-    subset that was not measured cannot be ranked.
-
-    Attributes:
-        outcome: one of the words above, but `FINISHED`.
-        log: the last lines that the program wrote, if there was one.
+    Evaluations go on: tables show the outcome, one of the words above, in the place of numbers.
+    Searches stop: a subset that was not measured cannot be ranked.
     """
 
     def __init__(self, outcome: str, message: str, log: str = "") -> None:
@@ -55,12 +51,10 @@ class Unfinished(RuntimeError):
 
 @dataclass(frozen=True)
 class Program(ABC):
-    """A program of one's own; a subclass adds its commands.
+    """A program of one's own; a subclass adds its commands, which no shell reads.
 
-    The commands are run as they are, without a shell, with the rights of whoever runs the workflow:
-    a configuration is trusted as a script is. In their words `{folder}` stands for the folder that
-    they run in, `{recipes}` for the scripts that come with this library, `{here}` for this
-    process's folder, `{python}` for its interpreter.
+    In their words `{folder}` stands for the folder that they run in, `{recipes}` for the scripts
+    that come with this library, `{here}` for this process's folder, `{python}` for its interpreter.
 
     Attributes:
         venv: folder of a virtual environment whose programs come first; null for none.
@@ -156,11 +150,7 @@ def check_folder(name: str, value: object) -> None:
 
 
 def words_of(name: str, value: object) -> tuple[str, ...]:
-    """Check the words of a command.
-
-    Raises:
-        ValueError: for what is no list of strings, or has a place that is not known.
-    """
+    """Return the words of a command; ValueError for no list of strings or an unknown place."""
     if not isinstance(value, list | tuple) or not all(isinstance(word, str) for word in value):
         raise ValueError(f"{name} must be a list of strings, got {value!r}")
     for word in value:
@@ -181,13 +171,9 @@ def environment(venv: str | None) -> dict[str, str]:
 
 
 def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
-    """Run a command to its end, in its own process group; its output goes to log.txt.
+    """Run a command in a folder to its end, in its own process group; its output goes to log.txt.
 
-    Args:
-        command: program and arguments; no shell reads them.
-        folder: where it runs, and where the log is.
-        variables: its environment.
-        timeout: seconds, after which its processes are killed.
+    Its environment is `variables`; after `timeout` seconds its processes are killed.
 
     Raises:
         Unfinished: for a timeout, full memory, or another exit code than zero.
@@ -226,11 +212,7 @@ def tail(folder: Path, since: int = 0) -> str:
 
 
 def ended(program: str, code: int, log: str) -> tuple[str, str]:
-    """Describe a program that ended with an exit code, or by a signal below zero.
-
-    Returns:
-        The outcome, and a sentence.
-    """
+    """Return the outcome of an exit code, or of a signal below zero, and a sentence on it."""
     if FULL.search(log):
         return MEMORY, f"{program} ended with exit code {code}, out of memory"
     if code == -signal.SIGKILL:

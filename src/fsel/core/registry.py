@@ -42,11 +42,7 @@ class Registry(MutableMapping[str, Entry]):
 
     @cached_property
     def homes(self) -> dict[str, str]:
-        """Name -> `module:attribute`, those of other packages too.
-
-        Raises:
-            ValueError: for a package that gives an entry the name of another.
-        """
+        """Name -> `module:attribute`, of other packages too; ValueError for a name given twice."""
         added: dict[str, str] = {}
         for point in entry_points(group=self._group) if self._group else ():
             if point.name in self._own or added.get(point.name, point.value) != point.value:
@@ -103,8 +99,8 @@ class Registry(MutableMapping[str, Entry]):
         """Return the entry.
 
         Raises:
-            ValueError: for a name that is not registered; the message lists those that are. Also
-                for an entry that calls itself otherwise.
+            ValueError: for a name that is not registered, listing those that are; or for an entry
+                that calls itself otherwise.
             ImportError: when it is not there, or needs a package that is not installed, by name.
         """
         if name not in self.homes:
@@ -126,15 +122,7 @@ def unknown(kind: str, name: str, allowed: Iterable[str]) -> ValueError:
 
 
 def settings_from(kind: Callable[..., Settings], given: Mapping[str, Any]) -> Settings:
-    """Return settings that are checked.
-
-    Args:
-        kind: a dataclass, every field with a default; it refuses values out of range itself.
-        given: some of its fields.
-
-    Raises:
-        ValueError: for a name that is no field, or a value that the dataclass refuses.
-    """
+    """Return a dataclass of settings with the given fields; ValueError for a name that is none."""
     allowed = list(inspect.signature(kind).parameters)
     for name in given:
         if name not in allowed:

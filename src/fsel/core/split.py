@@ -34,14 +34,12 @@ class Split:
 
     def table(self, names: Sequence[str]) -> dict[str, Any]:
         """Return one row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
+        frames, proxy_of = np.arange(len(names)), np.full(len(names), -1)
         role = np.full(len(names), "candidate", dtype=object)
-        proxy_of = np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
         proxy_of[self.proxies] = self.targets
-        frames = np.arange(len(names))
-        inside = np.isin(frames, self.region)
         table = {"frame": frames, "name": names, "role": role, "proxy_of": proxy_of}
-        return {**table, "in_region": inside}
+        return {**table, "in_region": np.isin(frames, self.region)}
 
     @classmethod
     def from_table(cls, table: Columns) -> Split:
@@ -63,16 +61,7 @@ class Split:
 
 
 def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
-    """Yield every split of a table, and what tells it from the others.
-
-    Args:
-        table: of one split, as `Split.table` returns it; or of several, told apart by a column
-            `coverage` in per cent.
-
-    Yields:
-        `{"coverage": 25}` and the split, by ascending coverage; `{}` and the split where it is the
-        only one.
-    """
+    """Yield each split of a table after `{"coverage": 25}`, or after `{}` without that column."""
     if "coverage" not in table:
         yield {}, Split.from_table(table)
         return
@@ -84,14 +73,7 @@ def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
 def evaluation_split(
     capture: Capture, draw: int, seed: int, targets: int = 15, among: np.ndarray | None = None
 ) -> Split:
-    """Draw targets anywhere in the capture, or among some of its frames.
-
-    Args:
-        capture: the capture.
-        draw: number of the draw; draws differ.
-        seed: of the experiment.
-        targets: how many.
-        among: (n,) int64 frames that may be targets; None for all.
+    """Draw targets anywhere in the capture, or among (n,) int64 of its frames.
 
     Raises:
         ValueError: when fewer than 3 frames a target are there, or too few in `among`.
@@ -105,10 +87,7 @@ def evaluation_split(
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
     """Draw targets from the `coverage` per cent of frames nearest to a random anchor camera.
 
-    Args:
-        capture: the capture.
-        coverage: per cent, one of `COVERAGES`.
-        seed: of the experiment.
+    They are 4, 6, 9, 12, 15 at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3).
 
     Raises:
         ValueError: for a coverage outside 1..100, or a capture too small for its targets.
@@ -120,13 +99,8 @@ def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
     gap = pairwise_distances(capture.centers, capture.centers[anchor : anchor + 1])[:, 0]
     count = max(1, round(len(capture) * coverage / 100))
     region = np.sort(np.argsort(gap, kind="stable")[:count])
-    chosen = _drawn(region, targets_at(coverage), rng, capture)
+    chosen = _drawn(region, max(4, int(0.15 * coverage + 0.5)), rng, capture)
     return partition(capture, chosen, region)
-
-
-def targets_at(coverage: int) -> int:
-    """Return 4, 6, 9, 12, 15 at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
-    return max(4, int(0.15 * coverage + 0.5))
 
 
 def _drawn(
@@ -142,19 +116,15 @@ def _drawn(
 
 
 def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
-    """Match one distinct proxy to each target, minimising the summed distance (assignment).
+    """Match one distinct proxy to each of (H,) int64 targets, by least summed distance.
 
-    Args:
-        capture: the capture.
-        targets: (H,) int64, ascending; at most half of the frames.
-        region: (R,) int64 frames whose candidates count as inside the target region.
+    Candidates of the (R,) int64 `region` count as inside the target region.
     """
     from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
 
     rest = np.setdiff1d(np.arange(len(capture)), targets)
     centers, axes = capture.centers, capture.axes
     cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
-    _, match = linear_sum_assignment(cost)
-    proxies = rest[match]
+    proxies = rest[linear_sum_assignment(cost)[1]]
     candidates = np.setdiff1d(rest, proxies)
     return Split(targets, proxies, candidates, np.intersect1d(candidates, region))

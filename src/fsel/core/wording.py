@@ -17,21 +17,12 @@ def listed(names: Sequence[str]) -> str:
 
 
 def check_type(name: str, value: object, kinds: type | tuple[type, ...], expected: str) -> None:
-    """Refuse an argument of another type than those allowed, which never are bool.
-
-    Arguments are those of `unexpected`.
-    """
+    """Refuse an argument of another type than those allowed, which never are bool."""
     if not isinstance(value, kinds) or isinstance(value, bool):
         raise unexpected(name, value, expected)
 
 
 def unexpected(name: str, value: object, expected: str) -> TypeError:
-    """Make the refusal of an argument of a wrong type.
-
-    Args:
-        name: of the argument.
-        value: that was given.
-        expected: what was expected, in words.
-    """
+    """Make the refusal of an argument of a wrong type; `expected` says which, in words."""
     kind = type(value).__name__
     return TypeError(f"{name} is {shortened(value)} ({kind}); expected {expected}")
