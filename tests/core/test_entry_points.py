@@ -19,7 +19,7 @@ from fsel.captures.colmap.camera import Camera
 from fsel.core.problem import Method
 from fsel.captures.layouts.contract import Layout
 from fsel.captures.layouts.colmap import read
-from fsel.metrics.contract import Metric
+from fsel.metrics import Metric
 
 FIRST = Method(
     "first", "First", "observed", nested=True, seeds=1,

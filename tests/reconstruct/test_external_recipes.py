@@ -23,8 +23,7 @@ from fsel.reconstruct.external.worker import close_all
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])
 RECIPES = sorted((Path(__file__).parents[2] / "config" / "reconstructors").glob("*.yaml"))
-# virtual environments that have them
-NERFBASELINES = os.environ.get("FSEL_NERFBASELINES")
+# a virtual environment that has it
 NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO")
 # what config/reconstructors/nerfstudio.yaml says of a CPU, and a model small enough for it
 ON_A_CPU = ["--machine.device-type", "cpu", "--pipeline.model.implementation", "torch"]
@@ -321,26 +320,6 @@ def test_nerfstudio_in_a_worker_trains_and_renders_in_the_normalised_world(captu
     assert points["red"].dtype == np.uint8
     found = np.stack([points[axis] for axis in "xyz"], axis=1) * unit + middle
     np.testing.assert_allclose(found, pointed(capture).points.xyz[[0, 3]], atol=1e-5)
-
-
-@pytest.mark.skipif(
-    not NERFBASELINES, reason="FSEL_NERFBASELINES names no virtual environment of nerfbaselines"
-)
-def test_nerfbaselines_trains_and_renders(capture):
-    here = Path(__file__).parents[1]
-    registered = f"NERFBASELINES_REGISTER={here / 'nerfbaselines_spec.py'}"
-    serve = ["python", "-c", FOUND.format(here=str(here)), "{recipes}/nerfbaselines.py"]
-    images = reconstruct(
-        capture,
-        venv=NERFBASELINES,
-        prefix=["env", registered],
-        serve=[*serve, "fsel-mean", "python"],
-    )
-    mean = np.asarray(capture.images, np.float64)[[0, 3, 5]].mean(axis=(0, 1, 2)) / 255
-    np.testing.assert_allclose(images[:, 9, 9], [mean, mean], atol=1 / 255)
-    # the method wrote the camera into the first pixels
-    np.testing.assert_allclose(images[:, 0, 0, 0] * 10 - 5, capture.centers[TARGETS, 1], atol=0.05)
-    np.testing.assert_allclose(images[:, 0, 1, 0] * 100, capture.intrinsics[TARGETS, 0], atol=0.5)
 
 
 @pytest.mark.skipif(

@@ -276,8 +276,8 @@ def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
 @pytest.mark.parametrize(
     ("hello", "said"),
     [
-        ('{"ok": true, "protocol": 1}', "stated protocol 1; this fsel speaks 2"),
-        ('{"ok": true, "protocol": 2, "name": 5}', "stated name 5"),
+        ('{"ok": true, "protocol": 1}', "stated .*1}; allowed: protocol 2"),
+        ('{"ok": true, "protocol": 2, "name": 5}', "stated .*5}; allowed"),
         ("Loading weights", "wrote on its standard output what is no answer: b'Loading weights"),
         ('["ok"]', "what is no answer"),
     ],
@@ -316,8 +316,8 @@ def test_answers_that_are_not_allowed_are_told(capture, answer, more, said):
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        ("serve(None, None, needs=['depth'])", "serve does not know {'depth'}"),
-        ("serve(None, None, pixels='float64')", "serve does not know float64"),
+        ("serve(None, None, needs=['depth'])", "stated .*depth"),
+        ("serve(None, None, pixels='float64')", "stated .*float64"),
         (
             "serve(lambda s: 1, lambda m, v: np.ones((1, 2, 3)))",
             r"render returned shape \(1, 2, 3\)",

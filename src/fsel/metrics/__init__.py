@@ -9,8 +9,7 @@ import numpy as np
 
 from fsel.core.registry import Registry
 from fsel.metrics import fused
-from fsel.metrics.contract import Metric
-from fsel.metrics.fused import PSNR_CEILING, inside
+from fsel.metrics.fused import PSNR_CEILING, Metric, inside
 
 REGISTERED: Registry[Metric] = Registry(
     "metric",
@@ -77,7 +76,7 @@ def score_views(
     if set(settings) & set(fused.NAMES):
         together = fused.score(rendered, truth, masks)
         columns = dict(zip(fused.NAMES, together.T, strict=True))
-    for name in settings.keys() - columns:
+    for name in settings.keys() - columns.keys():
         columns[name] = REGISTERED.checked(name).score(rendered, truth, masks, **settings[name])
     return np.stack([columns[name] for name in settings], axis=1)
 
@@ -86,8 +85,7 @@ def checked(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
     """Return name -> settings of the metrics, once each is known to work with them.
 
     Raises:
-        ValueError, FileNotFoundError, ImportError: for an unknown metric, settings of one that has
-            none, and whatever a metric refuses.
+        ValueError, FileNotFoundError, ImportError: for an unknown metric, or settings it refuses.
     """
     chosen = _settings(metrics)
     for name, settings in chosen.items():

@@ -1,7 +1,4 @@
-"""LPIPS on the convolutions of AlexNet and VGG16; imports torch.
-
-Convolutions are numbered as in torchvision's models, whose files of weights they read.
-"""
+"""LPIPS on the convolutions of AlexNet and VGG16, numbered as in torchvision; imports torch."""
 
 from __future__ import annotations
 
@@ -24,22 +21,14 @@ POOLING = 2  # step of every pooling
 
 
 class BackboneLayer(NamedTuple):
-    """A convolution with the ReLU after it.
+    """A convolution with the ReLU after it."""
 
-    Attributes:
-        number: in torchvision's model.
-        channels: that it takes and that it gives.
-        window, stride, padding: pixels.
-        pooled: window of the max pooling before it; 0 for none.
-        compared: whether LPIPS compares what it gives.
-    """
-
-    number: int
-    channels: tuple[int, int]
+    number: int  # in torchvision's model
+    channels: tuple[int, int]  # that it takes and that it gives
     window: int = 3
     stride: int = 1
     padding: int = 1
-    pooled: int = 0
+    pooled: int = 0  # window of the max pooling before it; 0 for none
     compared: bool = True
 
 
@@ -82,9 +71,8 @@ class Lpips:
 
     def __init__(self, net: str, state: Mapping[str, Tensor], device: str = "cpu") -> None:
         self.net, self.device = net, device
-        own = {
-            name: state[name].clone().to(device) for name in shapes_of(net)
-        }  # clones are aligned
+        # clones are aligned
+        own = {name: state[name].clone().to(device) for name in shapes_of(net)}
         self.layers = [
             (layer, *(own[f"features.{layer.number}.{part}"] for part in ("weight", "bias")))
             for layer in BACKBONES[net]
@@ -97,12 +85,7 @@ class Lpips:
 
     @classmethod
     def read(cls, net: str, weights: Path, heads: Path) -> Lpips:
-        """Read the weights from files; the network is on a GPU where there is one.
-
-        Args:
-            net: a key of `BACKBONES`.
-            weights: state dict of torchvision's model, .pth or .safetensors.
-            heads: those of the package `lpips`; the same file where it holds them.
+        """Read the weights and heads from files; the network is on a GPU where there is one.
 
         Raises:
             ValueError: for files that do not hold its layers.
@@ -119,13 +102,10 @@ class Lpips:
         return cls(net, state, "cuda" if torch.cuda.is_available() else "cpu")
 
     def features_of(self, images: Tensor) -> list[Tensor]:
-        """Compute the unit feature vectors of the layers that are compared.
+        """Return (B, C, h', w') unit feature vectors of each compared layer.
 
         Args:
             images: (B, 3, h, w) in [-1, 1].
-
-        Returns:
-            (B, C, h', w') of each layer, C of its own.
         """
         signal, found = (images - self.shift) / self.scale, []
         for layer, weight, bias in self.layers:
@@ -141,14 +121,11 @@ class Lpips:
     def apart(
         self, first: Sequence[Tensor], second: Sequence[Tensor], weights: Tensor | None = None
     ) -> Tensor:
-        """Compute the distances of a batch from its features.
+        """Return (B,) distances of a batch, from what `features_of` gives for each side.
 
         Args:
-            first, second: what `features_of` gives for each side.
-            weights: (B, 1, h, w) of the pixels, a layer's positions averaged by; None: all alike.
-
-        Returns:
-            (B,) distances.
+            first, second: features.
+            weights: (B, 1, h, w) of the pixels; None: all alike.
         """
         layers = zip(self.heads, first, second, strict=True)
         maps = [conv2d((a - b).square(), head) for head, a, b in layers]
@@ -158,18 +135,9 @@ class Lpips:
     def distances(
         self, images: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None
     ) -> np.ndarray:
-        """Compute the distances of images from the truth, in batches.
+        """Return (T,) float64 distances of images from the truth, in batches; see `lpips.score`.
 
-        Args:
-            images: (T, h, w, 3) float32 in [0, 1].
-            truth: (T, h, w, 3) uint8. Its features are kept where it is one batch.
-            masks: (T, h, w) bool, the pixels that count; None for all.
-
-        Returns:
-            (T,) float64.
-
-        Raises:
-            ValueError: for images that are too small for the backbone.
+        Features of a truth of one batch are kept: a problem has one, and hundreds of renderings.
         """
         height, width = images.shape[1:3]
         if min(height, width) < LEAST[self.net]:

@@ -1,4 +1,4 @@
-"""PSNR, SSIM and GMSD in one pass, fast enough for a search.
+"""What a metric is; and PSNR, SSIM and GMSD in one pass, fast enough for a search.
 
 Squared differences of float32 images are summed in float64. SSIM and GMSD are float32, at twice the
 lanes: SSIM changes by less than 1e-5, on views without any texture by 2e-4, GMSD by less than 1e-6.
@@ -7,10 +7,12 @@ scikit-image is the oracle for PSNR and SSIM, a plain NumPy twin for GMSD (both 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from fsel.core.compiled import reordered
-from fsel.metrics.contract import Metric
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -24,6 +26,34 @@ C1, C2 = F(0.01**2), F(0.03**2)
 GMSD_CONSTANT = F(170.0 / 255.0**2)
 LUMA = (F(0.299), F(0.587), F(0.114))
 PSNR_CEILING = 100.0  # dB, for identical images
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A metric of images.
+
+    Attributes:
+        name: key in the registry, in the config and in every table's file.
+        label: how printed tables head its column.
+        higher_is_better: its direction.
+        score: (rendered (T, h, w, 3) float32 in [0, 1], truth (T, h, w, 3) uint8, masks (T, h, w)
+            bool or None) -> (T,) float64, of the part inside the mask. Settings are keywords.
+        unit: of its values; empty where they have none.
+        digits: decimals that tables print.
+        check: refuses settings that `score` could not work with; None where there are none.
+    """
+
+    name: str
+    label: str
+    higher_is_better: bool
+    score: Callable[..., np.ndarray]
+    unit: str = ""
+    digits: int = 3
+    check: Callable[..., None] | None = None
+
+    def printed(self, value: float) -> str:
+        """Return a value with its decimals."""
+        return f"{value:.{self.digits}f}"
 
 
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
@@ -59,23 +89,15 @@ def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = No
         )
     if masks is None:
         masks = np.ones(truth.shape[:3], bool)
-    else:
-        _check_masks(masks, truth.shape[:3])
-    return _score(
-        np.ascontiguousarray(rendered, np.float32),
-        np.ascontiguousarray(truth),
-        np.ascontiguousarray(masks),
-    )
-
-
-def _check_masks(masks: np.ndarray, shape: tuple[int, ...]) -> None:
-    if masks.shape != shape:
-        raise ValueError(f"masks must be {shape}, got {masks.shape}")
-    for t in np.flatnonzero(inside(masks) == 0)[:1]:
+    if masks.shape != truth.shape[:3]:
+        raise ValueError(f"masks must be {truth.shape[:3]}, got {masks.shape}")
+    if len(empty := np.flatnonzero(inside(masks) == 0)):
         raise ValueError(
-            f"the mask of view {t} has no pixel {MARGIN} or more from the image's edge: nothing to "
-            "compare. Hint: score views that show the object"
+            f"the mask of view {empty[0]} has no pixel {MARGIN} or more from the image's edge: "
+            "nothing to compare. Hint: score views that show the object"
         )
+    images = np.ascontiguousarray(rendered, np.float32), np.ascontiguousarray(truth)
+    return _score(*images, np.ascontiguousarray(masks))
 
 
 def inside(masks: np.ndarray) -> np.ndarray:
@@ -224,8 +246,7 @@ def _gradients(image):
     return out
 
 
-def _column(name: str):
-    """Return the score of one metric of the pass."""
+def _column(name: str) -> Callable[..., np.ndarray]:
     column = NAMES.index(name)
     return lambda rendered, truth, masks: score(rendered, truth, masks)[:, column]
 

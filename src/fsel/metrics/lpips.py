@@ -1,8 +1,4 @@
-"""LPIPS (Zhang et al. 2018, version 0.1), once its weights are on disk.
-
-Weights are those that `fsel.metrics.published` fetches, or a backbone's file as torchvision
-publishes it; the heads are then those of the package `lpips`, which is not imported.
-"""
+"""LPIPS (Zhang et al. 2018, version 0.1), once its weights are on disk."""
 
 from __future__ import annotations
 
@@ -14,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.metrics import published
-from fsel.metrics.contract import Metric
+from fsel.metrics.fused import Metric
 
 if TYPE_CHECKING:
     from fsel.metrics.backbones import Lpips
@@ -34,8 +30,9 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
 
     Args:
         net: a key of `PAGES`.
-        weights: state dict of torchvision's model, .pth or .safetensors, or a file that
-            `published.fetch` wrote; None for the latter in `downloads` or the user's cache.
+        weights: state dict of torchvision's model, .pth or .safetensors, whose heads are those of
+            the package `lpips`; or a file that `published.fetch` wrote, which has both. None for
+            such a file in `downloads` or the user's cache.
 
     Raises:
         ValueError: for an unknown backbone.
@@ -76,14 +73,7 @@ def _holds_heads(path: Path) -> bool:
 
 
 def check(net: str = NET, weights: str | None = None) -> None:
-    """Read the network, before any work starts.
-
-    Args:
-        net, weights: see `located`.
-
-    Raises:
-        ValueError, OSError, ImportError: as `located`, and for files without its layers.
-    """
+    """Read the network before any work starts; arguments and errors are those of `located`."""
     _network(net, *located(net, weights))
 
 
@@ -97,8 +87,7 @@ def score(
     """Compute LPIPS of every view, in float32, on a GPU where there is one.
 
     With masks nothing outside them counts: there the rendering is taken to be the truth, and a
-    layer's positions weigh as much as the mask fills them. The truth's features are kept until
-    another truth comes: a problem has one, and hundreds of renderings.
+    layer's positions weigh as much as the mask fills them.
 
     Args:
         rendered: (T, h, w, 3) float32 in [0, 1].

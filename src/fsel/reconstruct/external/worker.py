@@ -24,7 +24,6 @@ from fsel.core.programs import FAILED, TIMEOUT, Program, Unfinished, check_folde
 PROTOCOL = 2
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
 LONGEST = 1 << 20  # bytes of an answer
-NAMED = 80  # letters of a program's command in messages
 GRACE = 15.0  # seconds to end by itself when its input ends: of torch on a busy machine
 NEEDS = ("points", "files", "capture")
 PIXELS = ("float32", "uint8")
@@ -80,18 +79,16 @@ class Worker:
     """One program, started when it is first asked, and again after it was lost.
 
     Attributes:
+        program: its command, for messages.
         stated: what it said of itself when it started.
         bound: what it was bound to last, since it was started.
         bindings, captures: numbers of the times it is bound, and of captures.
         outgrown: whether it holds more memory than it may, and is to be started anew.
         folder: of its log, and of what it is handed.
-
-    Args:
-        settings: with `serve`.
     """
 
     def __init__(self, settings: ExternalSettings) -> None:
-        self.settings = settings
+        self.settings, self.program = settings, " ".join(settings.serve)[:80]
         self.outgrown = False
         self.stated: dict[str, Any] = {}
         self.bound: object = None
@@ -101,18 +98,13 @@ class Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
-    @property
-    def running(self) -> bool:
-        """Say whether the program is there."""
-        return self._process is not None
-
     def start(self) -> None:
         """Start the program, unless it runs.
 
         Raises:
             Lost: when it does not answer, or states what is not allowed.
         """
-        if self.running:
+        if self._process is not None:
             return
         variables = programs.environment(self.settings.venv)
         variables["PYTHONPATH"] = str(HELPER)
@@ -130,8 +122,9 @@ class Worker:
         self._process, self._answers = process, queue.SimpleQueue()
         threading.Thread(target=_read, args=(process, self._answers), daemon=True).start()
         self.stated = self.ask({"do": "hello", "protocol": PROTOCOL})
-        if wrong := _misstated(self.stated):
-            raise self.lost(f"stated {wrong}")
+        if not _is_statement(self.stated):
+            allowed = f"protocol {PROTOCOL}, and the rest as `hello` in worker.schema.json"
+            raise self.lost(f"stated {self.stated!s:.300}; allowed: {allowed}")
         named = " ".join(str(self.stated[key]) for key in ("name", "version", "device"))
         logger.info("worker %s: ready after %.1f s", named, time.perf_counter() - started)
 
@@ -139,8 +132,7 @@ class Worker:
         """Return the answer to a request.
 
         Raises:
-            Lost: when the program ended, took longer than `timeout`, or answered no JSON object;
-                it is ended then.
+            Lost: when the program ended, took longer than `timeout`, or answered no JSON object.
             Unfinished: when it answered with an error; it goes on.
         """
         if request["do"] != "hello":
@@ -161,7 +153,6 @@ class Worker:
             raise self._ended(str(request["do"]))
         answer = None if early else _parsed(line)
         if answer is None:
-            self._note(line)
             raise self.lost(f"wrote on its standard output what is no answer: {line!r:.200}")
         if not answer["ok"]:
             said = f"{self.program} failed to {request['do']}: {answer.get('error')}"
@@ -179,21 +170,12 @@ class Worker:
         self._process.stdin.write(json.dumps(request).encode() + b"\n")
         self._process.stdin.flush()
 
-    @property
-    def program(self) -> str:
-        """Name of the program, for messages."""
-        return " ".join(self.settings.serve)[:NAMED]
-
     def log(self) -> str:
         """Return the last lines that the program wrote since it was asked."""
         return programs.tail(self.folder, self._asked_at)
 
     def stop(self) -> int | None:
-        """End the program: by the end of its input, and by force where that does not suffice.
-
-        Returns:
-            Its exit code, negative where a signal ended it; None where none ran.
-        """
+        """End the program, by force where the end of its input does not; return its exit code."""
         process, self._process = self._process, None
         self.bound, self.outgrown = None, False
         if process is None:
@@ -219,8 +201,7 @@ class Worker:
 
     def _ended(self, doing: str) -> Lost:
         process = self._process
-        if process is None:
-            return Lost(FAILED, f"{self.program} does not run")
+        assert process is not None
         try:
             code = process.wait(GRACE)
         except subprocess.TimeoutExpired:
@@ -235,10 +216,6 @@ class Worker:
             programs.kill(self._process.pid)
         self.stop()
         return Lost(outcome, f"{self.program} {said}", self.log())
-
-    def _note(self, line: bytes) -> None:
-        with (self.folder / programs.LOG).open("ab") as log:
-            log.write(line[:LONGEST].rstrip(b"\n") + b"\n")
 
 
 def shared(settings: ExternalSettings) -> Worker:
@@ -279,16 +256,13 @@ def _parsed(line: bytes) -> dict[str, Any] | None:
     return found if isinstance(found, dict) and isinstance(found.get("ok"), bool) else None
 
 
-def _misstated(stated: Mapping[str, Any]) -> str:
-    """Describe what of a program's own statement is not allowed; empty where all is."""
+def _is_statement(stated: Mapping[str, Any]) -> bool:
+    """Say whether a program states its protocol, names, needs and pixels as the schema has them."""
     needs = stated.get("needs")
-    if stated.get("protocol") != PROTOCOL:
-        return f"protocol {stated.get('protocol')!r}; this fsel speaks {PROTOCOL}"
-    for key in ("name", "version", "device"):
-        if not isinstance(stated.get(key), str):
-            return f"{key} {stated.get(key)!r}; allowed: a string"
-    if not isinstance(needs, list) or not set(map(str, needs)) <= set(NEEDS):
-        return f"needs {needs!r}; allowed: a list of {', '.join(NEEDS)}"
-    if stated.get("pixels") not in PIXELS:
-        return f"pixels {stated.get('pixels')!r}; allowed: {', '.join(PIXELS)}"
-    return ""
+    return (
+        stated.get("protocol") == PROTOCOL
+        and all(isinstance(stated.get(key), str) for key in ("name", "version", "device"))
+        and isinstance(needs, list)
+        and all(need in NEEDS for need in needs)
+        and stated.get("pixels") in PIXELS
+    )

@@ -23,7 +23,6 @@ import traceback
 import numpy as np
 
 PROTOCOL = 2
-NEEDS = ("points", "files", "capture")
 ARRAYS = (
     *("images", "masks", "world_to_camera", "intrinsics"),
     *("xyz", "rgb", "track_point", "track_frame"),
@@ -80,10 +79,28 @@ class Cameras:
 
 
 def camera_to_world(poses):
-    """(N, 4, 4) inverses of (N, 3, 4) poses."""
+    """Return (N, 4, 4) inverses of (N, 3, 4) poses."""
     whole = np.tile(np.eye(4), (len(poses), 1, 1))
     whole[:, :3] = poses
     return np.linalg.inv(whole)
+
+
+def middle_and_unit(centers):
+    """Return the (3,) mean of (N, 3) camera centres and their largest distance from it, or 1."""
+    middle = centers.mean(axis=0)
+    return middle, np.linalg.norm(centers - middle, axis=1).max() or 1.0
+
+
+def camera_matrices(intrinsics):
+    """Return (N, 3, 3) matrices of (N, 4) fx, fy, cx, cy."""
+    matrices = np.tile(np.eye(3), (len(intrinsics), 1, 1))
+    matrices[:, [0, 1, 0, 1], [0, 1, 2, 2]] = intrinsics
+    return matrices
+
+
+def settings_of(words, parse):
+    """Return the settings of words KEY=VALUE, with values as `parse` reads them."""
+    return {key: parse(text) for key, text in (word.split("=", 1) for word in words)}
 
 
 def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), pixels="float32"):
@@ -95,13 +112,11 @@ def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), p
         bind: capture -> None, called before the first fit of every capture: a `Frames` with the
             need `capture`, else None.
         name, version, device: of what reconstructs, for logs and tables.
-        needs: of `NEEDS`. Without any, a fit is given the selected frames alone; with `capture`
-            every frame of the capture, targets too, which it must not use as images.
+        needs: any of `points`, `files` and `capture`. Without any, a fit is given the selected
+            frames alone; with `capture` every frame of the capture, targets too, which it must not
+            use as images.
         pixels: of the images that are handed over, `float32`, or `uint8` for a quarter the bytes.
     """
-    for value, allowed in ((set(needs) - set(NEEDS), [set()]), (pixels, ("float32", "uint8"))):
-        if value not in allowed:
-            raise ValueError(f"serve does not know {value}; allowed: {NEEDS}, float32, uint8")
     answers = os.fdopen(ANSWERS_TO, "w", encoding="utf-8", newline="\n")
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     stated = {"protocol": PROTOCOL, "name": name or os.path.basename(sys.argv[0])}

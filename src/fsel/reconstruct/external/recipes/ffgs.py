@@ -12,18 +12,17 @@ import sys
 
 import numpy as np
 import torch
-from fsel_worker import camera_to_world, serve
+from fsel_worker import camera_matrices, camera_to_world, middle_and_unit, serve
 
 
 def world_of(poses, processor):
     """The middle of the selected cameras, and the unit that a model is given them in."""
     centers = poses[:, :3, 3]
-    middle = centers.mean(axis=0)
-    unit = np.linalg.norm(centers - middle, axis=1).max()
+    middle, unit = middle_and_unit(centers)
     spread = getattr(processor.config, "camera_spread", None)
     if spread is not None and processor.camera_input != "none":
-        unit = np.linalg.norm(centers[1:] - centers[0], axis=1).mean() / spread
-    return middle, unit or 1.0
+        unit = np.linalg.norm(centers[1:] - centers[0], axis=1).mean() / spread or 1.0
+    return middle, unit
 
 
 def main(model):
@@ -37,8 +36,7 @@ def main(model):
     def cameras(views, size, middle, unit):
         poses = camera_to_world(views.world_to_camera)
         poses[:, :3, 3] = (poses[:, :3, 3] - middle) / unit
-        lenses = np.tile(np.eye(3), (len(poses), 1, 1))
-        lenses[:, [0, 1, 0, 1], [0, 1, 2, 2]] = views.intrinsics
+        lenses = camera_matrices(views.intrinsics)
         return ffgs.Cameras(torch.tensor(poses).float(), torch.tensor(lenses).float(), size[::-1])
 
     @torch.no_grad()

@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 import torch
-from fsel_worker import camera_to_world, serve
+from fsel_worker import camera_matrices, camera_to_world, serve, settings_of
 
 
 def main(examples, strategy="default", *given):
@@ -24,7 +24,7 @@ def main(examples, strategy="default", *given):
     from gsplat.strategy import DefaultStrategy, MCMCStrategy
 
     kinds = {"default": DefaultStrategy, "mcmc": MCMCStrategy}
-    own = {key: ast.literal_eval(text) for key, text in (word.split("=", 1) for word in given)}
+    own = settings_of(given, ast.literal_eval)
 
     def fit(subset):
         settings = {"data_factor": 1, "disable_viewer": True, "disable_video": True}
@@ -41,20 +41,16 @@ def main(examples, strategy="default", *given):
 
     @torch.no_grad()
     def render(trained, views):
-        count, (width, height) = len(views), views.size
         poses = trained.transform @ camera_to_world(views.world_to_camera)
         poses[:, :3, :3] /= np.linalg.norm(poses[:, :1, :3], axis=2, keepdims=True)
-        lenses = np.tile(np.eye(3), (count, 1, 1))
-        lenses[:, [0, 1, 0, 1], [0, 1, 2, 2]] = views.intrinsics
-        images = []
-        for row in range(count):
-            cameras = [
-                torch.tensor(found[row], dtype=torch.float32, device=trained.runner.device)[None]
+        lenses, runner, images = camera_matrices(views.intrinsics), trained.runner, []
+        for row in range(len(views)):
+            camera = [
+                torch.tensor(found[row : row + 1], dtype=torch.float32, device=runner.device)
                 for found in (poses, lenses)
             ]
-            colors, _, _ = trained.runner.rasterize_splats(
-                *cameras, width, height, sh_degree=trained.runner.cfg.sh_degree
-            )
+            degree = runner.cfg.sh_degree
+            colors, _, _ = runner.rasterize_splats(*camera, *views.size, sh_degree=degree)
             images.append(colors[0, ..., :3].clamp(0, 1).cpu().numpy())
         return np.stack(images)
 

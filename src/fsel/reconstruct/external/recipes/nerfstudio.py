@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from fsel_worker import camera_to_world, serve
+from fsel_worker import camera_to_world, middle_and_unit, serve
 
 WORK = "nerfstudio"
 NEVER = str(10**9)  # steps after which it evaluates
@@ -73,9 +73,7 @@ def main(*options):
     from nerfstudio.utils.writer import EVENT_WRITERS
 
     def fit(subset):
-        centers = camera_to_world(subset.world_to_camera)[:, :3, 3]
-        middle = centers.mean(axis=0)
-        unit = np.linalg.norm(centers - middle, axis=1).max() or 1.0
+        middle, unit = middle_and_unit(camera_to_world(subset.world_to_camera)[:, :3, 3])
         words = arguments(write_scene(subset, middle, unit), options)
         config = tyro.cli(AnnotatedBaseConfigUnion, args=words)
         config.set_timestamp()

@@ -10,7 +10,7 @@ import json
 import sys
 from pathlib import Path
 
-from fsel_worker import serve
+from fsel_worker import serve, settings_of
 
 sys.path.append(str(Path(__file__).resolve().parents[4]))  # where it is not installed
 
@@ -31,7 +31,7 @@ def value_of(text):
 
 def main(name, *given):
     """Serve a reconstructor with some settings."""
-    settings = {key: value_of(text) for key, _, text in (word.partition("=") for word in given)}
+    settings = settings_of(given, value_of)
     check_needs({"name": name, "settings": settings})
     bound = []
 
