@@ -88,8 +88,7 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
 
     Raises:
         ValueError: for an unknown name, or a setting that the reconstructor does not take.
-        MissingRequirement: for what it needs and does not find: a package, a device, weights.
-            The message names both.
+        MissingRequirement: for a package, a device or weights that it needs and does not find.
     """
     name = reconstruction["name"]
     lacking: Sequence[Exception] = []
@@ -109,24 +108,13 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
 
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
-    """Say whether a configured reconstructor works on a GPU, with its settings.
-
-    A factory says so by `needs_gpu(**settings)`; one that has no such function does not.
-
-    Args:
-        reconstruction: the config's section: name, settings.
-    """
+    """Say whether a configured reconstructor works on a GPU; its factory's `needs_gpu` says so."""
     declared = getattr(RECONSTRUCTORS.checked(reconstruction["name"]), "needs_gpu", None)
     return False if declared is None else bool(declared(**reconstruction["settings"]))
 
 
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:
-    """Return the configured reconstructor, bound to the capture at the reconstruction's size.
-
-    Args:
-        capture: the capture, at any size.
-        reconstruction: the config's section: name, long_side, settings.
-    """
+    """Return the configured reconstructor, bound to the capture resized to its `long_side`."""
     factory = RECONSTRUCTORS.checked(reconstruction["name"])
     resized = capture.resized(reconstruction["long_side"])
     return factory(resized, **reconstruction["settings"])

@@ -37,10 +37,7 @@ class ConfiguredReconstructor(Generic[Settings]):
 
     @classmethod
     def check(cls, **settings: Any) -> None:
-        """Refuse settings outside their range, and what they need and is not here.
-
-        Raises: as `fsel.reconstruct.Factory.check`.
-        """
+        """Refuse settings as `fsel.reconstruct.Factory.check` does."""
         settings_from(cls.settings_type, settings)
 
 
@@ -61,14 +58,7 @@ def check_number(name: str, value: Any, allowed: str, holds: Callable[[float], b
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model in coordinates of its own, and what it cost; a subclass adds what it is made of.
-
-    Attributes:
-        frame: where its origin and unit are in the world.
-        seconds: spent fitting.
-        peak_bytes: the most memory that fitting took, beyond what was cached; see `Peak`.
-        device: where it was fitted, and renders.
-    """
+    """A model in coordinates of its own, and what it cost; see `fsel.reconstruct.Model`."""
 
     frame: Frame
     _: KW_ONLY
@@ -80,9 +70,8 @@ class Fitted:
 class Peak:
     """Resident memory of this process at its highest, above what it held at the start.
 
-    On Linux the kernel's own record is started anew; on macOS it cannot be, and only what goes
-    beyond the process's highest so far is counted. On Windows nothing is counted. One may start
-    while another is measured.
+    One may start while another is measured. On macOS, which cannot forget the highest so far, only
+    what goes beyond it is counted; on Windows nothing is.
     """
 
     _measured: ClassVar[WeakSet[Peak]] = WeakSet()

@@ -1,8 +1,7 @@
 """Four values at once, such as a pixel's channels, for loops that Numba leaves scalar.
 
-Numba unrolls loops of four before its vectoriser sees them, and pairs no scalars into vectors. The
-functions work on flat contiguous arrays of one float type, inside compiled functions. Bounds are
-not checked.
+The functions work on flat contiguous arrays of one float type, inside compiled functions; bounds
+are not checked.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class _Code:
         self.bytes = 4 if scalar == ir.FloatType() else 8
 
     def place(self, array, offset):
-        """Pointer to where four values of an array begin."""
+        """Return a pointer to where four values of an array begin."""
         start = self.builder.gep(self.arrays[array], [offset])
         return self.builder.bitcast(start, self.vector.as_pointer())
 
@@ -43,7 +42,7 @@ class _Code:
         self.builder.store(value, self.place(array, offset), align=self.bytes)
 
     def corner(self, rows, shares, sample, corner, width, at):
-        """Offset of one vertex's four values, and its share in all four lanes."""
+        """Return the offset of one vertex's four values, and its share in all four lanes."""
         build = self.builder
         spot = build.add(build.mul(sample, WHOLE(CORNERS)), WHOLE(corner))
         row = build.sext(build.load(build.gep(self.arrays[rows], [spot])), WHOLE)
@@ -51,7 +50,7 @@ class _Code:
         return build.add(build.mul(row, width), at), self.spread(share)
 
     def spread(self, value):
-        """A value in all four lanes."""
+        """Return a value in all four lanes."""
         empty = ir.Constant(self.vector, ir.Undefined)
         first = self.builder.insert_element(empty, value, ir.IntType(32)(0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
@@ -60,12 +59,7 @@ class _Code:
 
 @intrinsic
 def add_scaled(typing_context, total, at, scale, values, start):
-    """`total[at : at + 4] += scale * values[start : start + 4]`; product and sum round apart.
-
-    Args:
-        total, values: flat, of one float type, which `scale` has too.
-        at, start: integers.
-    """
+    """`total[at : at + 4] += scale * values[start : start + 4]`; product and sum round apart."""
     signature = types.void(total, at, scale, values, start)
 
     def generate(context, builder, signature, given):
@@ -107,10 +101,7 @@ def blend(typing_context, out, values, rows, shares, sample, width, at):
 def scatter(typing_context, out, values, rows, shares, sample, width, at):
     """Add `values[at : at + 4]`, weighted, to four values of a sample's eight vertices.
 
-    Args:
-        out: flat (n, width).
-        values: (width,).
-        rows, shares, sample, width, at: of `blend`.
+    `out` is flat (n, width), `values` (width,); the others are those of `blend`.
     """
     signature = types.void(out, values, rows, shares, types.int64, types.int64, types.int64)
 

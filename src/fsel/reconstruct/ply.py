@@ -85,20 +85,18 @@ def write_round(
         xyz: (n, 3) positions, world units.
         rgb: (n, 3) in [0, 1].
         opacity: (n,) in (0, 1).
-        scale: (n,) standard deviation, world units.
+        scale: (n,) standard deviations, world units.
     """
     clipped = np.clip(opacity, 1e-4, 1 - 1e-4)
     log_scale = np.log(np.maximum(scale, 1e-12))
-    write(
-        path,
-        Cloud(
-            xyz=xyz,
-            harmonics=((rgb - 0.5) / SH_CONSTANT)[:, None],
-            logit=np.log(clipped / (1 - clipped)),
-            log_scale=np.repeat(log_scale[:, None], 3, axis=1),
-            turn=np.tile([1.0, 0, 0, 0], (len(xyz), 1)),
-        ),
+    cloud = Cloud(
+        xyz=xyz,
+        harmonics=((rgb - 0.5) / SH_CONSTANT)[:, None],
+        logit=np.log(clipped / (1 - clipped)),
+        log_scale=np.repeat(log_scale[:, None], 3, axis=1),
+        turn=np.tile([1.0, 0, 0, 0], (len(xyz), 1)),
     )
+    write(path, cloud)
 
 
 def read(path: str | Path) -> Cloud:

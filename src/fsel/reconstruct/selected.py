@@ -59,20 +59,13 @@ def distinct(frames: np.ndarray) -> np.ndarray:
 
 
 def restricted(capture: Capture, frames: np.ndarray) -> Capture:
-    """Return the capture of the given frames alone, with the points that at least two of them see.
-
-    Args:
-        capture: any.
-        frames: (K,) int64, distinct.
-    """
+    """Return the capture of (K,) frames alone, with the points that at least two of them see."""
     own = capture.subset(frames)
-    return own if own.points is None else replace(own, points=_shared(own.points))
-
-
-def _shared(points: SparsePoints) -> SparsePoints:
-    """Return the points that two frames or more see, and their tracks without repetitions."""
+    if (points := own.points) is None:
+        return own
     track = np.unique(np.stack([points.track_point, points.track_frame]), axis=1)
     kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
     row = np.cumsum(kept) - 1
     track = track[:, kept[track[0]]]
-    return SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])
+    shared = SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])
+    return replace(own, points=shared)

@@ -33,8 +33,7 @@ def split_scale(opacity: np.ndarray, shares: np.ndarray) -> np.ndarray:
 
 @cache
 def _coefficients() -> np.ndarray:
-    """(MOST + 1, MOST) factors of the part's powers: row n holds, for k = 0 and up, the sum over
-    i = 1..n of binomial(i - 1, k) (-1)^k / sqrt(k + 1)."""
+    """Return (MOST + 1, MOST) factors of the part's powers, a row a number of Gaussians."""
     table = np.zeros((MOST + 1, MOST))
     for n in range(1, MOST + 1):
         for k in range(n):

@@ -1,7 +1,6 @@
 """Gradients of the projected Gaussians with respect to their parameters.
 
-The geometry goes through blocks of Gaussians, laid out so that one loop over a block is compiled to
-vector instructions.
+The geometry goes through blocks of Gaussians, whose loops compile to vector instructions.
 """
 
 from __future__ import annotations
@@ -39,8 +38,7 @@ def backward(table, degree, camera, rows, rank, source, sums, grad):
     Args:
         table, degree, camera: as in `projection.project`.
         rows: (v, COLUMNS) projected Gaussians, nearest first.
-        rank, source: (v,) int32 where each is in `rows` and in `table`, in the table's order, in
-            which memory is read fastest.
+        rank, source: (v,) int32 where each is in `rows` and in `table`, in the table's order.
         sums: (v, 9) as `rasterize.backward` fills them: gradients with respect to the colour;
             sums over the pixels of the gradient g with respect to the exponent, and of g dx, g dy,
             g dx dx, g dx dy, g dy dy, with dx and dy from the Gaussian to the pixel.
@@ -121,7 +119,7 @@ def _differentiate(block, camera):
 
 @reordered
 def _shade_back(table, degree, camera, rows, rank, source, sums, grad):
-    """Gradients of the opacities, of the harmonics, and through them of the positions."""
+    """Add the gradients of opacities and harmonics, and through them of the positions."""
     lens, values, weights = numbers(camera), np.empty(16), np.empty(16)
     for m in range(len(rows)):
         n, i = rank[m], source[m]
@@ -149,8 +147,7 @@ def _shade_back(table, degree, camera, rows, rank, source, sums, grad):
 
 @inlined
 def _shape_back(lens, x, y, z, turn, s, back):
-    """Gradients through the covariance: of the point, of the logarithmic scales, and of the
-    quaternion."""
+    """Return the gradients of point, logarithmic scales and quaternion by the covariance."""
     r, unit, shrink = rotation(turn)
     _, m, t = flattened(lens, x, y, z, r, s)
     ga, gb, gc = back
@@ -176,7 +173,7 @@ def _shape_back(lens, x, y, z, turn, s, back):
 
 @inlined
 def _tilt_back(lens, x, y, z, m, n):
-    """Gradients of the point from those of the projection's derivative."""
+    """Return the gradients of the point from those of the projection's derivative."""
     tilt_x, tilt_y = tilts(lens, x, y, z)
     j, k = lens[15] / z, lens[16] / z
     slope_x = -j * (n[0] * lens[8] + n[1] * lens[9] + n[2] * lens[10])
@@ -191,7 +188,7 @@ def _tilt_back(lens, x, y, z, m, n):
 
 @inlined
 def _rotation_back(m, d, s, unit, shrink):
-    """Gradient of the quaternion, through its matrix and its normalisation."""
+    """Return the gradient of the quaternion, through its matrix and normalisation."""
     g = (
         *((m[0] * d[0] + m[3] * d[3]) * s[0], (m[0] * d[1] + m[3] * d[4]) * s[1]),
         *((m[0] * d[2] + m[3] * d[5]) * s[2], (m[1] * d[0] + m[4] * d[3]) * s[0]),

@@ -24,11 +24,7 @@ def from_splats(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (n, 3) and colours (n, 3) in [0, 1] of the sparse points.
-
-    Raises:
-        ValueError: when it has none.
-    """
+    """Return positions (n, 3) and colours (n, 3) in [0, 1] of the sparse points, or refuse none."""
     if capture.points is None or not len(capture.points.xyz):
         raise ValueError(
             f"{capture.source}: no sparse point is seen by two of the {len(capture)} selected "
@@ -40,7 +36,7 @@ def from_points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
 def table_of(
     xyz: np.ndarray, rgb: np.ndarray, frame: Frame, degree: int, budget: int, seed: int
 ) -> np.ndarray:
-    """Place Gaussians at some of the positions, round, as large as the way to their neighbours.
+    """Return (min(n, budget), c) float32 round Gaussians, as large as the way to their neighbours.
 
     Args:
         xyz: (n, 3) world units.
@@ -49,9 +45,6 @@ def table_of(
         degree: of the harmonics; all but the first start at zero.
         budget: of them are drawn where there are more.
         seed: of the draw.
-
-    Returns:
-        (min(n, budget), c) float32 parameters.
     """
     if len(xyz) > budget:
         drawn = np.random.default_rng(seed).choice(len(xyz), budget, replace=False)

@@ -1,7 +1,6 @@
 """The training loss of Kerbl et al. 2023, 0.8 L1 + 0.2 (1 - SSIM), with its gradient.
 
-SSIM is Wang et al. 2004 with the 11x11 Gaussian window of sigma 1.5, zeros beyond the image, as in
-the reference implementation of Kerbl et al.
+SSIM (Wang et al. 2004) has an 11x11 Gaussian window of sigma 1.5, and zeros beyond the image.
 """
 
 from __future__ import annotations
@@ -17,14 +16,14 @@ STABLE = (0.01**2, 0.03**2)
 
 
 def window(dtype) -> np.ndarray:
-    """(6,) weights of the middle pixel and of those 1 to 5 pixels away; all eleven add to 1."""
+    """Return (6,) weights of the pixels 0 to 5 away from the middle; all eleven add to 1."""
     weights = np.exp(-(np.arange(REACH + 1) ** 2) / (2 * SIGMA**2))
     return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
 
 
 @reordered
 def loss_gradient(image, truth, mask, weights, gradient):
-    """Loss of an image against the truth and its gradient.
+    """Return the loss of an image against the truth, a mean over pixels and channels.
 
     Where the mask is False both are taken to be black, as beyond the image: nothing there counts.
 
@@ -34,9 +33,6 @@ def loss_gradient(image, truth, mask, weights, gradient):
         mask: (h, w) bool, or (0, 0) for all pixels.
         weights: as `window` gives them.
         gradient: (3, h, w), filled with the gradient.
-
-    Returns:
-        The loss, a mean over all pixels and channels.
     """
     kind = image.dtype.type
     height, width = image.shape[1:]
@@ -63,7 +59,7 @@ def loss_gradient(image, truth, mask, weights, gradient):
 
 @reordered
 def _moments(image, truth, mask, maps):
-    """The image, the truth, both squares and the product."""
+    """Fill the image, the truth, both squares and the product."""
     grey, none, masked = image.dtype.type(1 / 255), image.dtype.type(0), len(mask) > 0
     for y in range(image.shape[0]):
         for x in range(image.shape[1]):
@@ -127,7 +123,7 @@ def _similarity(smooth, share):
 
 @reordered
 def _combine(maps, share, gradient):
-    """Gradient of the whole loss, and the L1 part of the loss."""
+    """Fill the gradient of the whole loss; return its L1 part."""
     kind = gradient.dtype.type
     two, slope, none = kind(2), kind(1 - SSIM_SHARE) * share, kind(0)
     total = 0.0

@@ -75,17 +75,15 @@ class GaussianModel(Fitted):
         Its numbers are float32: far from the world's origin, positions are rounded.
         """
         turn = self.table[:, TURN]
-        ply.write(
-            path,
-            ply.Cloud(
-                xyz=self.positions,
-                harmonics=self.table[:, COLOR:].reshape(self.primitives, (self.degree + 1) ** 2, 3),
-                logit=self.table[:, LOGIT],
-                log_scale=self.table[:, SCALE] + np.log(self.frame.unit),
-                turn=turn / np.linalg.norm(turn, axis=1, keepdims=True),
-                background=self.background,
-            ),
+        cloud = ply.Cloud(
+            xyz=self.positions,
+            harmonics=self.table[:, COLOR:].reshape(self.primitives, (self.degree + 1) ** 2, 3),
+            logit=self.table[:, LOGIT],
+            log_scale=self.table[:, SCALE] + np.log(self.frame.unit),
+            turn=turn / np.linalg.norm(turn, axis=1, keepdims=True),
+            background=self.background,
         )
+        ply.write(path, cloud)
 
     @classmethod
     def read_ply(cls, path: str | Path) -> GaussianModel:

@@ -1,11 +1,8 @@
-"""Adam on the visible Gaussians, the learning rates of Kerbl et al. 2023, and the penalties and the
-noise of 3DGS-MCMC (Kheradmand et al. 2024).
+"""Adam on the visible Gaussians (Taming 3DGS, Mallick et al. 2024), the learning rates of Kerbl et
+al. 2023, and the penalties and the noise of 3DGS-MCMC (Kheradmand et al. 2024).
 
-Only the Gaussians that a step's views see are updated, as in Taming 3DGS (Mallick et al. 2024) and
-gsplat's `visible_adam`; each counts its own steps for Adam's bias corrections.
-
-The published rates are for 30,000 steps. A training of fewer steps takes longer ones: all rates but
-the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/notebook).
+The published rates are for 30,000 steps; a shorter training multiplies all but the opacity's by
+sqrt(30,000 / steps).
 """
 
 from __future__ import annotations
@@ -30,13 +27,7 @@ SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-
 
 
 class Rates:
-    """Step sizes of a training of some length.
-
-    Args:
-        degree: of the harmonics.
-        steps: of the whole training: the means' rate falls exponentially over them.
-        dtype: of the table.
-    """
+    """Step sizes of a training of some length, over which the means' rate falls exponentially."""
 
     def __init__(self, degree: int, steps: int, dtype=np.float32) -> None:
         self.steps = steps
@@ -49,7 +40,7 @@ class Rates:
         self._others[LOGIT] = RATES["logit"]
 
     def published_mean(self, step: int) -> float:
-        """The published rate of the means at a step: from the first to the last, exponentially."""
+        """Return the published rate of the means at a step."""
         first, last = MEAN_RATES
         return EXTENT * first * (last / first) ** (step / self.steps)
 
@@ -59,17 +50,12 @@ class Rates:
         return self._others
 
     def noise(self, step: int) -> float:
-        """Size of the noise at a step."""
+        """Return the size of the noise at a step."""
         return NOISE * self.published_mean(step)
 
 
 class Adam:
-    """The state of the optimiser.
-
-    Args:
-        table: (n, c) parameters, updated in place.
-        rates: of its columns.
-    """
+    """The state of the optimiser of (n, c) parameters, which are updated in place."""
 
     def __init__(self, table: np.ndarray, rates: Rates) -> None:
         self.table, self.rates = table, rates
@@ -80,16 +66,8 @@ class Adam:
 
     def step(self, grad: np.ndarray, touched: np.ndarray, step: int) -> None:
         """Update the touched rows, and clear their gradients."""
-        _update(
-            self.table,
-            grad,
-            self.first,
-            self.second,
-            self.count,
-            touched,
-            self.rates.at(step),
-            self.corrections,
-        )
+        state = self.first, self.second, self.count
+        _update(self.table, grad, *state, touched, self.rates.at(step), self.corrections)
 
     def forget(self, rows: np.ndarray) -> None:
         """Start anew with some rows."""

@@ -1,9 +1,7 @@
 """The trained parameters of Gaussians, and the spherical harmonics of their colours.
 
-All parameters of a scene are one (n, 11 + 3 (degree + 1)^2) array, a row a Gaussian, so that a step
-touches the rows of the visible ones only. The kernels work on float32 and on float64 arrays alike:
-training uses float32, the tests compare float64 with automatic differentiation. The harmonics have
-the signs and the order of Kerbl et al. 2023; training stops at degree two, `.ply` files at three.
+All parameters of a scene are one (n, 11 + 3 (degree + 1)^2) array, a row a Gaussian. The harmonics
+have the signs and the order of Kerbl et al. 2023; training stops at degree two, `.ply` at three.
 """
 
 from __future__ import annotations
@@ -59,11 +57,7 @@ def basis(degree, x, y, z, out):
 
 @reordered
 def slope(degree, x, y, z, w):
-    """Return the gradient of `sum(w * basis)` with respect to x, y and z, to degree two.
-
-    Args:
-        w: (9,) gradient with respect to each harmonic.
-    """
+    """Return the gradient of `sum(w * basis)` with respect to x, y and z, to degree two."""
     dx, dy, dz = 0.0, 0.0, 0.0
     if degree > 0:
         dx, dy, dz = -C1 * w[3], -C1 * w[1], C1 * w[2]

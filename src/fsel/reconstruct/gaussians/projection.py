@@ -1,6 +1,4 @@
-"""Gaussians onto the image plane: EWA splatting (Zwicker et al. 2001) as in
-Kerbl et al. 2023. Scalar arithmetic is float64; only what is stored has the arrays' type.
-"""
+"""EWA splatting (Zwicker et al. 2001) of Gaussians, as in Kerbl et al. 2023, in float64."""
 
 from __future__ import annotations
 
@@ -24,7 +22,7 @@ COLUMNS = 16  # one cache line of float32
 
 @reordered
 def project(table, degree, factor, camera, rows, source):
-    """Project the Gaussians that a camera sees.
+    """Project the visible Gaussians; return how many they are, and their (n,) float32 depths.
 
     Args:
         table: (n, c) parameters, see `table`.
@@ -34,9 +32,6 @@ def project(table, degree, factor, camera, rows, source):
             depth.
         rows: (n, COLUMNS), filled for the visible ones.
         source: (n,) int32, filled with their rows of `table`.
-
-    Returns:
-        How many are visible, and their depths (n,) float32.
     """
     depth = np.empty(len(table), np.float32)
     lens = numbers(camera)
@@ -76,8 +71,7 @@ def project(table, degree, factor, camera, rows, source):
 
 @inlined
 def numbers(camera):
-    """The numbers of a camera as a tuple: an array that is passed on inside a loop is counted
-    there, which keeps the loop from being compiled to vector instructions."""
+    """Return a camera's numbers as a tuple: an array would keep loops from being vectorised."""
     return (
         *(camera[0], camera[1], camera[2], camera[3], camera[4], camera[5], camera[6], camera[7]),
         *(camera[8], camera[9], camera[10], camera[11], camera[12], camera[13], camera[14]),
@@ -87,7 +81,7 @@ def numbers(camera):
 
 @inlined
 def seen(point, lens):
-    """A position in the camera's axes."""
+    """Return a position in the camera's axes."""
     x, y, z = point
     return (
         lens[0] * x + lens[1] * y + lens[2] * z + lens[3],
@@ -98,7 +92,7 @@ def seen(point, lens):
 
 @inlined
 def rotation(turn):
-    """Matrix of a quaternion, row by row, the unit quaternion, and one over its length."""
+    """Return a quaternion's matrix, row by row, the unit quaternion, and one over its length."""
     w, x, y, z = turn
     scale = 1 / math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w * scale, x * scale, y * scale, z * scale
@@ -123,13 +117,9 @@ def tilts(lens, x, y, z):
 
 @inlined
 def flattened(lens, x, y, z, r, sizes):
-    """Covariance a, b, c on the image, and the two 2x3 matrices that it came about by.
+    """Return the covariance a, b, c on the image, and the two 2x3 matrices that it came about by.
 
-    Args:
-        lens: as `numbers` gives it.
-        x, y, z: before the camera.
-        r: (9,) the Gaussian's rotation, row by row.
-        sizes: its three standard deviations.
+    `lens` is as `numbers` gives it, `r` the (9,) rotation, `sizes` the standard deviations.
     """
     tilt_x, tilt_y = tilts(lens, x, y, z)
     j, k = lens[15] / z, lens[16] / z
@@ -157,7 +147,7 @@ def flattened(lens, x, y, z, r, sizes):
 
 @inlined
 def direction(point, lens):
-    """Unit vector from the camera to the Gaussian, and one over the distance."""
+    """Return the unit vector from the camera to the Gaussian, and one over the distance."""
     x, y, z = point[0] - lens[12], point[1] - lens[13], point[2] - lens[14]
     inverse = 1 / math.sqrt(max(x * x + y * y + z * z, 1e-30))
     return x * inverse, y * inverse, z * inverse, inverse

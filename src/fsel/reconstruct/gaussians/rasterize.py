@@ -1,7 +1,7 @@
 """Compositing tile by tile, front to back, and its gradients, as in Kerbl et al. 2023.
 
 The gradients also go front to back: what lies behind a Gaussian is the pixel's whole colour less
-what was met so far. So the same Gaussians are skipped as in the rendering, and nothing is kept.
+what was met so far.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def composite(rows, starts, members, background, image, rest):
 
 @reordered
 def _centres(rows):
-    """Distances in x, then in y, of a tile's pixel centres from its corner."""
+    """Return distances in x, then in y, of a tile's pixel centres from its corner."""
     at = np.empty(2 * PIXELS, rows.dtype)
     for p in range(PIXELS):
         at[p] = 0.5 + p % TILE
@@ -124,7 +124,7 @@ def _passed(light, alpha):
 
 @reordered
 def _add(state, at, rows, i, left, top):
-    """One Gaussian onto one tile."""
+    """Add one Gaussian to one tile."""
     kind = rows.dtype.type
     none, most, least = kind(0), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
     floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
@@ -179,7 +179,7 @@ def backward(rows, starts, members, image, slope, sums):
 
 @reordered
 def _add_back(state, at, rows, i, left, top, out):
-    """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
+    """Add the gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
     floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)

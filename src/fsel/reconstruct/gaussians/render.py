@@ -12,7 +12,7 @@ NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not dr
 def camera_of(
     world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
 ) -> np.ndarray:
-    """Return (22,) float64 numbers of a camera in the order that `projection.project` reads them.
+    """Return (22,) float64 numbers of a camera as `projection.project` reads them.
 
     Args:
         world_to_camera: (3, 4), in the frame of the Gaussians.
@@ -25,13 +25,9 @@ def camera_of(
 
 
 class Canvas:
-    """Renders views of one size, one after the other, in buffers of its own.
+    """Renders views of one (width, height) of tables of at most `most` Gaussians, in buffers.
 
-    Args:
-        most: Gaussians that a table may have.
-        size: (width, height), pixels.
-        background: (3,) colour behind everything.
-        dtype: of the kernels: float32, or float64 in tests.
+    `background` is the (3,) colour behind everything; `dtype` is float64 in tests alone.
     """
 
     def __init__(self, most: int, size: tuple[int, int], background, dtype=np.float32) -> None:
@@ -52,7 +48,7 @@ class Canvas:
             camera: as `camera_of` gives it.
 
         Returns:
-            (v,) int32 rows of the table that the camera sees, ascending, until the next drawing.
+            (v,) int32 rows of the table that are seen, ascending, until the next drawing.
         """
         count, depth = projection.project(table, degree, factor, camera, self._rows, self._source)
         self.source = self._source[:count]
@@ -62,12 +58,7 @@ class Canvas:
         return self.source
 
     def backward(self, table, degree, camera, gradient, grad) -> None:
-        """Add the parameters' gradients of the last drawing to `grad`, like `table`.
-
-        Args:
-            table, degree, camera: what was drawn.
-            gradient: (3, h, w) of the image.
-        """
+        """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it."""
         sums = np.zeros((len(self.rows), 9), table.dtype)
         rasterize.backward(self.rows, *self.tiles, self.image, gradient, sums)
         gradients.backward(table, degree, camera, self.rows, self.rank, self.source, sums, grad)

@@ -64,20 +64,13 @@ class GaussianSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """A size with what it takes, as `benchmarks/gaussians.py presets` measures it with 30 frames.
+    """A size and what it takes, measured with 30 frames by `benchmarks/gaussians.py presets`."""
 
-    Attributes:
-        long_side: pixels of the images' longer side.
-        gaussians, steps: see `GaussianSettings`.
-        step: seconds of a step on one core.
-        memory: bytes at most.
-    """
-
-    long_side: int
+    long_side: int  # pixels of the images
     gaussians: int
     steps: int
-    step: float
-    memory: float
+    step: float  # seconds of a step on one core
+    memory: float  # bytes at most
 
     @property
     def settings(self) -> dict[str, int]:

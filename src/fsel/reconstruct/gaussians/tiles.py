@@ -14,7 +14,7 @@ DIGIT = 11  # bits sorted at a time
 
 @exact
 def by_depth(depth):
-    """Order of positive float32 depths, nearest first, lowest index among equals: a radix sort."""
+    """Return the stable order of positive float32 depths, nearest first, by a radix sort."""
     count = len(depth)
     bits = depth.view(np.uint32)
     order, spare = np.arange(count).astype(np.int32), np.empty(count, np.int32)
@@ -36,7 +36,7 @@ def by_depth(depth):
 
 @exact
 def sort_rows(depth, rows):
-    """Projected Gaussians nearest first, and the place (v,) int32 that each came to."""
+    """Return projected Gaussians nearest first, and the (v,) int32 place each came to."""
     order = by_depth(depth)
     ordered, rank = np.empty_like(rows), np.empty(len(order), np.int32)
     for n in range(len(order)):
@@ -48,16 +48,15 @@ def sort_rows(depth, rows):
 
 @exact
 def assign(rows, width, height):
-    """Tiles of sorted Gaussians: those with a pixel centre inside the ellipse where alpha is 1/255.
+    """Return the tiles of sorted Gaussians with a pixel centre where alpha is 1/255 or more.
 
     Args:
         rows: (v, COLUMNS) projected Gaussians, nearest first.
-        width: pixels.
-        height: pixels.
+        width, height: pixels.
 
     Returns:
-        starts (tiles + 1,) int64 and members int32: those of tile t, a row of tiles after the
-        other, are `members[starts[t] : starts[t + 1]]`, nearest first.
+        starts (tiles + 1,) int64 and members int32: those of tile t, row by row, are
+        `members[starts[t] : starts[t + 1]]`, nearest first.
     """
     across, down = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     starts = np.zeros(across * down + 1, np.int64)
@@ -87,7 +86,7 @@ def assign(rows, width, height):
 
 @inlined
 def _lines(rows, n, height):
-    """First and last row of tiles that an ellipse may reach."""
+    """Return the first and last row of tiles that an ellipse may reach."""
     low = max(rows[n, V] - rows[n, HALF_Y] - 0.5 - SLACK, 0.0)
     high = min(rows[n, V] + rows[n, HALF_Y] - 0.5 + SLACK, height - 1.0)
     return int(np.ceil(low)) // TILE, int(np.floor(high)) // TILE
@@ -95,7 +94,7 @@ def _lines(rows, n, height):
 
 @inlined
 def _span(rows, n, line, width):
-    """First and last tile of a row of tiles whose pixel centres an ellipse may reach."""
+    """Return the first and last tile of a row whose pixel centres an ellipse may reach."""
     low = max(line * TILE + 0.5 - rows[n, V], -rows[n, HALF_Y])
     high = min(line * TILE + TILE - 0.5 - rows[n, V], rows[n, HALF_Y])
     if low > high:  # the ellipse ends between two rows of centres; rounding decides
@@ -113,6 +112,6 @@ def _span(rows, n, line, width):
 
 @inlined
 def _edge(rows, n, y, side):
-    """Left (-1) or right (1) end of the ellipse at a height, from its middle."""
+    """Return the left (-1) or right (1) end of the ellipse at a height, from its middle."""
     a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]
     return (-b * y + side * np.sqrt(max(b * b * y * y - a * (c * y * y - rows[n, RANGE]), 0.0))) / a

@@ -20,28 +20,16 @@ RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerb
 
 
 class Begun(NamedTuple):
-    """A subset before the first step.
+    """A subset before the first step."""
 
-    Attributes:
-        capture: of the selected frames alone.
-        frame: the normalised frame.
-        table: (n, c) float32 parameters to start from, n > 0 for steps.
-        background: (3,) colour behind everything.
-    """
-
-    capture: Capture
+    capture: Capture  # of the selected frames alone
     frame: Frame
-    table: np.ndarray
-    background: np.ndarray
+    table: np.ndarray  # (n, c) float32 parameters to start from, n > 0 for steps
+    background: np.ndarray  # (3,) colour behind everything
 
 
 class Order:
-    """The order of the views, and the generator of all else that is drawn.
-
-    Args:
-        views: how many there are.
-        seed: of the fit.
-    """
+    """The order of the views, and the generator of all else that is drawn."""
 
     def __init__(self, views: int, seed: int) -> None:
         self.rng, self.views = np.random.default_rng(seed), views
@@ -55,12 +43,7 @@ class Order:
 
 
 class Training:
-    """The steps on one subset.
-
-    Args:
-        begun: the subset, with Gaussians to start from.
-        settings: of the reconstructor.
-    """
+    """The steps on one subset."""
 
     def __init__(self, begun: Begun, settings: GaussianSettings) -> None:
         self.settings = settings

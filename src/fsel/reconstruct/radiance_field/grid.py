@@ -33,19 +33,14 @@ class Grid:
     harmonics: int
 
     @property
-    def step(self) -> float:
-        """Contracted length between samples: the edge of a cell."""
-        return 2 * HALF_SIDE / (self.side - 1)
-
-    @property
     def cells(self) -> np.ndarray:
         """(side, side, side) bool: occupied, by the lowest vertex."""
         return self.occupied.reshape((self.side,) * 3)
 
     @property
     def shape(self) -> tuple[float, int, np.ndarray]:
-        """Arguments of `sample`: step, side, occupied."""
-        return self.step, self.side, self.occupied
+        """Arguments of `sample`: the length between samples, side, occupied."""
+        return 2 * HALF_SIDE / (self.side - 1), self.side, self.occupied
 
     @property
     def field(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -55,8 +50,7 @@ class Grid:
     @property
     def bytes(self) -> int:
         """Memory of all arrays."""
-        arrays = (self.occupied, self.index, self.density, self.color)
-        return sum(array.nbytes for array in arrays)
+        return sum(a.nbytes for a in (self.occupied, self.index, self.density, self.color))
 
     @classmethod
     def full(cls, side: int, density: float, color: np.ndarray, harmonics: int) -> Grid:
@@ -78,8 +72,8 @@ class Grid:
             empty: density at vertices that this grid lacks.
         """
         cells = _covered(kept, side)
-        vertices = _around(cells)
-        places = np.flatnonzero(vertices)
+        corners = np.ones((2, 2, 2), bool)
+        places = np.flatnonzero(scipy.ndimage.binary_dilation(cells, corners, origin=-1))
         index = np.full(side**3, -1, np.int32)
         index[places] = np.arange(len(places), dtype=np.int32)
         density = np.empty(len(places), np.float32)
@@ -100,7 +94,7 @@ class Grid:
 
 
 def grown(cells: np.ndarray) -> np.ndarray:
-    """Cells and the 26 around each; (s, s, s) bool by lowest vertex, the last is no cell."""
+    """Return (s, s, s) cells and the 26 around each, by lowest vertex; the last is no cell."""
     out = scipy.ndimage.binary_dilation(cells, np.ones((3, 3, 3), bool))
     out[-1], out[:, -1], out[:, :, -1] = False, False, False
     return out
@@ -117,14 +111,9 @@ def _covered(kept: np.ndarray, side: int) -> np.ndarray:
     return cells
 
 
-def _around(cells: np.ndarray) -> np.ndarray:
-    """The vertices of cells."""
-    return scipy.ndimage.binary_dilation(cells, np.ones((2, 2, 2), bool), origin=-1)
-
-
 @exact
 def _resample(places, side, old_side, index, density, color, empty, new_density, new_color):
-    """Trilinear values at the vertices `places`; colours over the old vertices that are there."""
+    """Fill trilinear values at the vertices `places`; colours come from occupied ones."""
     ratio = (old_side - 1) / (side - 1)
     for n in range(len(places)):
         x, y, z = places[n] // (side * side), places[n] // side % side, places[n] % side

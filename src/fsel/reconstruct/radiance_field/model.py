@@ -43,26 +43,16 @@ class RadianceModel(Fitted):
         width, height = views.size
         out = np.empty((len(views), height, width, 3), np.float32)
         poses = self.frame.local_poses(views.world_to_camera)
-        local = Views(poses, views.intrinsics, views.size)
+        local, grid = Views(poses, views.intrinsics, views.size), self.grid
+        field = grid.shape, grid.field, grid.harmonics, self.background
         for t in range(len(views)):
-            passes.render_rays(
-                rays_of(local.subset(slice(t, t + 1))),
-                self.near,
-                self.grid.shape,
-                self.grid.field,
-                self.grid.harmonics,
-                self.background,
-                FAINT,
-                out[t].reshape(-1, 3),
-            )
+            rays = rays_of(local.subset(slice(t, t + 1)))
+            passes.render_rays(rays, self.near, *field, FAINT, out[t].reshape(-1, 3))
         return np.clip(out, 0, 1, out=out)
 
 
 def rays_of(views: Views) -> np.ndarray:
-    """Return (T * h * w, 6) float32 origins and unit directions through the centres of all pixels.
-
-    Poses are in the field's coordinates, where float32 rounds places near the cameras to 1e-7.
-    """
+    """Return (T * h * w, 6) float32 origins and unit directions through the centres of pixels."""
     ahead = np.stack([pixel_rays(intrinsics, *views.size) for intrinsics in views.intrinsics])
     ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
     rays = np.empty((*ahead.shape[:3], 6), np.float32)

@@ -24,7 +24,7 @@ MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 
 @exact
 def _buffers(step, count, dtype):
-    """Buffers for the longest ray: contracted space bends a line to less than twice its length."""
+    """Make buffers for the longest ray, whose length contracted space less than doubles."""
     room = int(4.0 * math.sqrt(3.0) * HALF_SIDE / step) + 2
     samples = np.empty(room, np.int64), np.empty((room, 3), dtype)
     kept = (
@@ -38,7 +38,7 @@ def _buffers(step, count, dtype):
 
 @exact
 def loss_and_gradient(rays, truth, late, near, grid, field, count, background, least, gradients):
-    """Squared error of a batch of rays, summed over channels, mean over rays; and its gradient.
+    """Return the squared error of rays, summed over channels, mean over rays; add its gradient.
 
     Args:
         rays: (n, 6) origins and unit directions.
@@ -46,11 +46,10 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
         late: (n,) in (0, 1], share of a step before each ray's first sample.
         near: distance at which rays start.
         grid: step, side and occupied of `sample`.
-        field: of `composite`.
+        field, least: of `composite`.
         count: harmonics.
         background: (3,) colour.
-        least: of `composite`.
-        gradients: of `backpropagate`, added to.
+        gradients: of `backpropagate`.
     """
     step, side, occupied = grid
     (cells, parts), kept, basis = _buffers(step, count, truth.dtype)
@@ -73,7 +72,7 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
 
 @exact
 def render_rays(rays, near, grid, field, count, background, least, out):
-    """Colour of each ray, samples in the middle of their steps; fills (n, 3)."""
+    """Fill (n, 3) colours of rays, with samples in the middle of their steps."""
     step, side, occupied = grid
     (cells, parts), kept, basis = _buffers(step, count, out.dtype)
     for q in range(len(rays)):
@@ -87,7 +86,7 @@ def render_rays(rays, near, grid, field, count, background, least, out):
 
 @exact
 def largest_weights(rays, near, grid, field, seen):
-    """Largest weight that each cell's samples have in the colour of any ray; fills (side**3,)."""
+    """Fill (side**3,) largest weights of each cell's samples in the colour of any ray."""
     step, side, occupied = grid
     index, density, _ = field
     (cells, parts), kept, _ = _buffers(step, 1, density.dtype)

@@ -1,11 +1,7 @@
 """Compiled work on one ray: its samples, the colour they add up to, and the gradient of it.
 
-All of space is contracted into a cube: inside the cube of half-side 1 nothing changes; a point at
-largest coordinate r > 1 moves to 2 - 1/r along its direction from the middle (Barron et al. 2022,
-with the largest coordinate as the norm, so that the image of space is the cube of half-side 2).
-
-Scalars are float64. Arrays are float32 in a fit, and float64 where the tests compare gradients with
-automatic differentiation.
+All of space is contracted into the cube of half-side 2: a point at largest coordinate r > 1 moves
+to 2 - 1/r along its direction from the middle (Barron et al. 2022, with that norm).
 """
 
 from __future__ import annotations
@@ -23,7 +19,7 @@ DENSEST = 15.0  # logarithm of the largest density: no exponential overflows
 
 @exact
 def shrink(r):
-    """Factor by which a point at largest coordinate r moves towards the middle."""
+    """Return the factor by which a point at largest coordinate r moves towards the middle."""
     if r <= 1.0:
         return 1.0
     inverse = 1.0 / r
@@ -32,7 +28,7 @@ def shrink(r):
 
 @exact
 def pace(x, y, z, dx, dy, dz):
-    """Contracted length that a ray passes at a point for each unit of its own length."""
+    """Return the contracted length that a ray passes at a point for each unit of its own."""
     ax, ay, az = abs(x), abs(y), abs(z)
     r = max(ax, ay, az)
     if r <= 1.0:
@@ -53,7 +49,7 @@ def pace(x, y, z, dx, dy, dz):
 
 @exact
 def sample(ray, near, late, step, side, occupied, cells, parts):
-    """Samples of one ray in occupied cells, at equal steps of contracted length.
+    """Fill the samples of a ray in occupied cells, at equal contracted steps; return their number.
 
     Args:
         ray: (6,) origin and unit direction.
@@ -64,9 +60,6 @@ def sample(ray, near, late, step, side, occupied, cells, parts):
         occupied: (side**3,) bool, by the lowest vertex of a cell.
         cells: (S,) int64, filled with each sample's cell.
         parts: (S, 3), filled with the place inside the cell, in [0, 1].
-
-    Returns:
-        The number of samples.
     """
     scale = (side - 1) / (2.0 * HALF_SIDE)
     wall = HALF_SIDE - MARGIN / scale
@@ -95,7 +88,7 @@ def sample(ray, near, late, step, side, occupied, cells, parts):
 
 @exact
 def trilinear(cell, part, side, index, rows, shares):
-    """Rows of the eight vertices around a sample, and their weights; fills two (8,) arrays."""
+    """Fill the (8,) rows of the vertices around a sample, and their (8,) weights."""
     for c in range(8):
         a, b, d = c >> 2, (c >> 1) & 1, c & 1
         rows[c] = index[cell + (a * side + b) * side + d]
@@ -107,7 +100,7 @@ def trilinear(cell, part, side, index, rows, shares):
 
 @exact
 def optical_depth(rows, shares, density, step):
-    """Optical depth of one sample: exp of the interpolated logarithm of density, times the step."""
+    """Return the interpolated density, whose logarithm the vertices hold, times the step."""
     raw = 0.0
     for c in range(8):
         raw += shares[c] * density[rows[c]]
@@ -116,7 +109,7 @@ def optical_depth(rows, shares, density, step):
 
 @exact
 def harmonics(ray, basis):
-    """Real spherical harmonics of a direction, up to factors: 1; x, y, z; five of degree two."""
+    """Fill real spherical harmonics of a direction, up to factors: 1; x, y, z; five more."""
     x, y, z = float(ray[3]), float(ray[4]), float(ray[5])
     basis[0] = 1.0
     if len(basis) > 1:
@@ -128,13 +121,13 @@ def harmonics(ray, basis):
 
 @exact
 def width_of(count):
-    """Numbers a vertex keeps for `count` harmonics of three channels, filled up to whole lanes."""
+    """Return the columns of `count` harmonics of three channels, padded to whole lanes."""
     return (3 * count + LANES - 1) // LANES * LANES
 
 
 @exact
 def composite(samples, side, step, field, basis, least, kept, out):
-    """Colour of one ray, front to back, and what its gradient needs.
+    """Composite one ray front to back; return the samples kept and the transmittance left.
 
     Args:
         samples: cells (n,) and parts (n, 3) of `sample`.
@@ -145,9 +138,6 @@ def composite(samples, side, step, field, basis, least, kept, out):
         kept: rows (S, 8) int32, shares (S, 8), state (S, 6), lanes (W,) or longer; filled. A row
             of the state: three channels, weight, transmittance behind, optical depth.
         out: (3,) colour without any background; filled.
-
-    Returns:
-        The number of samples kept, and the transmittance left.
     """
     cells, parts = samples
     index, density, color = field
@@ -176,7 +166,7 @@ def composite(samples, side, step, field, basis, least, kept, out):
 
 @exact
 def _shade(lanes, basis, channels):
-    """Colour seen from the basis' direction: the sigmoid of the harmonics' sum."""
+    """Fill the colour seen from the basis' direction: the sigmoid of the harmonics' sum."""
     zero = basis[0] * 0
     red, green, blue = zero, zero, zero
     for h in range(len(basis)):

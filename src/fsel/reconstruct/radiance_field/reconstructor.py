@@ -53,22 +53,18 @@ class RadianceField(ConfiguredReconstructor[RadianceSettings]):
 
 
 def _pixels(capture: Capture) -> Pixels:
-    """Rays and colours of a capture that is in the field's coordinates, masked pixels left out."""
+    """Return the pixels of a capture in the field's coordinates, masked ones left out."""
     rays, truth = rays_of(capture.views), capture.images.reshape(-1, 3)
     if capture.masks is not None:
         counted = capture.masks.reshape(-1)
         rays, truth = rays[counted], truth[counted]
     background = np.zeros(3) if not len(truth) else truth.mean(axis=0, dtype=np.float64) / 255
-    return Pixels(
-        rays=rays,
-        truth=truth.astype(np.float32) / np.float32(255),
-        near=_near(capture),
-        background=background.astype(np.float32),
-    )
+    truth = truth.astype(np.float32) / np.float32(255)
+    return Pixels(rays, truth, _near(capture), background.astype(np.float32))
 
 
 def _near(capture: Capture) -> float:
-    """Distance at which rays start: half-way to the nearest points, where there are any."""
+    """Return where rays start: half-way to the nearest points, where there are any."""
     points = capture.points
     if points is None or not len(points.track_point):
         return NEAR

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
 
 from fsel.reconstruct.configured import check_integer, check_number
 
@@ -40,19 +40,18 @@ class RadianceSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("sides", "steps"):
-            object.__setattr__(self, name, _integers(name, getattr(self, name)))
-        _expect(
-            len(self.sides) == len(self.steps) > 0,
-            f"sides and steps must state as many stages, got {self.sides} and {self.steps}",
-        )
-        _expect(
-            min(self.sides) >= 4
-            and max(self.sides) <= FINEST
-            and all(a < b for a, b in zip(self.sides, self.sides[1:], strict=False)),
-            f"sides must rise, from 4 or more to at most {FINEST}, got {self.sides}",
-        )
-        _expect(min(self.steps) >= 1, f"steps must be 1 or more, got {self.steps}")
+        for name, least, most in (("sides", 4, FINEST), ("steps", 1, math.inf)):
+            if not isinstance(listed := getattr(self, name), list | tuple):
+                raise ValueError(f"{name} must be a list of integers, got {listed!r}")
+            for value in listed:
+                check_integer(f"each of {name}", value, least, most)
+            object.__setattr__(self, name, tuple(listed))
+        if not len(self.sides) == len(self.steps) > 0:
+            raise ValueError(
+                f"sides and steps must state as many stages, got {self.sides} and {self.steps}"
+            )
+        if not all(a < b for a, b in pairwise(self.sides)):
+            raise ValueError(f"sides must rise, got {self.sides}")
         for name, most in {"rays": math.inf, "degree": HIGHEST_DEGREE, "seed": math.inf}.items():
             check_integer(name, getattr(self, name), int(name == "rays"), most)
         for name in ("density_variation", "color_variation"):
@@ -60,16 +59,3 @@ class RadianceSettings:
         for name in ("density_rate", "color_rate"):
             check_number(name, getattr(self, name), "above zero", lambda v: v > 0)
         check_number("visible", self.visible, "at least 0 and below 1", lambda v: 0 <= v < 1)
-
-
-def _integers(name: str, value: Any) -> tuple[int, ...]:
-    """Return a tuple of integers from a list or a tuple of them."""
-    listed = isinstance(value, list | tuple)
-    good = listed and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
-    _expect(good, f"{name} must be a list of integers, got {value!r}")
-    return tuple(value)
-
-
-def _expect(holds: bool, message: str) -> None:
-    if not holds:
-        raise ValueError(message)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,41 +23,29 @@ TINY = 1e-10  # beside the root of the second moment
 Progress = Callable[[int, int, float], None]
 
 
-@dataclass(frozen=True)
-class Pixels:
-    """Pixels that the field must explain.
+class Pixels(NamedTuple):
+    """Pixels that the field must explain."""
 
-    Attributes:
-        rays: (n, 6) float32 origins and unit directions, in the field's coordinates.
-        truth: (n, 3) float32 colours in [0, 1].
-        near: distance at which rays start.
-        background: (3,) float32 colour behind everything.
-    """
-
-    rays: np.ndarray
-    truth: np.ndarray
-    near: float
-    background: np.ndarray
+    rays: np.ndarray  # (n, 6) float32 origins and unit directions, in the field's coordinates
+    truth: np.ndarray  # (n, 3) float32 colours in [0, 1]
+    near: float  # where rays start
+    background: np.ndarray  # (3,) float32 colour behind everything
 
 
 def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | None) -> Grid:
-    """Optimise the field through all stages.
-
-    Args:
-        pixels: of the selected frames.
-        settings: of the reconstructor.
-        progress: called after each step with the steps made, all steps, and the loss.
-    """
+    """Optimise the field through all stages; see `RadianceField.fit` for `progress`."""
     color = np.clip(pixels.background, 0.02, 0.98)
     harmonics = (settings.degree + 1) ** 2
     grid = Grid.full(settings.sides[0], EMPTY, np.log(color / (1 - color)), harmonics)
-    if not len(pixels.rays):
-        return emptied(grid)
+    if not len(pixels.rays):  # no cells, which shows the background alone
+        return grid.refined(np.zeros_like(grid.cells), grid.side, EMPTY)
     rng = np.random.default_rng(settings.seed)
     made, total = 0, sum(settings.steps)
     for stage, steps in enumerate(settings.steps):
         if stage:
-            kept = grown(seen_cells(pixels, grid, settings.visible))
+            share = np.empty(len(grid.occupied), np.float32)
+            passes.largest_weights(pixels.rays, pixels.near, grid.shape, grid.field, share)
+            kept = grown((share > settings.visible).reshape(grid.cells.shape))
             grid = grid.refined(kept, settings.sides[stage], EMPTY)
         optimiser = _Optimiser(grid, pixels, settings, FAINT if stage else 0.0)
         draws = _draws(rng, len(pixels.rays), settings.rays)
@@ -69,20 +57,8 @@ def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | N
     return grid
 
 
-def emptied(grid: Grid) -> Grid:
-    """Return a grid without cells, which shows the background alone."""
-    return grid.refined(np.zeros_like(grid.cells), grid.side, EMPTY)
-
-
-def seen_cells(pixels: Pixels, grid: Grid, least: float) -> np.ndarray:
-    """(side, side, side) bool: cells that give more than a share of the light of some pixel."""
-    seen = np.empty(len(grid.occupied), np.float32)
-    passes.largest_weights(pixels.rays, pixels.near, grid.shape, grid.field, seen)
-    return (seen > least).reshape(grid.cells.shape)
-
-
 def _draws(rng: np.random.Generator, count: int, size: int) -> Iterator[np.ndarray]:
-    """Rows of rays, ascending for the sake of the processor's cache; all before any comes again."""
+    """Yield ascending rows of rays; all come before any comes again."""
     while True:
         order = rng.permutation(count)
         for start in range(0, max(count - size, 0) + 1, size):
@@ -110,18 +86,9 @@ class _Optimiser:
         pixels, grid = self.pixels, self.grid
         late = 1 - rng.random(len(drawn), dtype=np.float32)
         flat = tuple(g.reshape(-1) for g in self.gradients)
-        loss = passes.loss_and_gradient(
-            pixels.rays[drawn],
-            pixels.truth[drawn],
-            late,
-            pixels.near,
-            grid.shape,
-            grid.field,
-            grid.harmonics,
-            pixels.background,
-            self.least,
-            flat,
-        )
+        given = pixels.rays[drawn], pixels.truth[drawn], late, pixels.near
+        field = grid.shape, grid.field, grid.harmonics, pixels.background
+        loss = passes.loss_and_gradient(*given, *field, self.least, flat)
         for part, values in enumerate(self.values):
             if self.weights[part] > 0:
                 weight = np.float32(self.weights[part] / max(len(values), 1))
@@ -134,16 +101,13 @@ class _Optimiser:
 
 @exact
 def add_variation(rows, values, weight, bend, gradient):
-    """Gradient of the total variation: Huber's norm of each difference between neighbours.
-
-    The norm of a difference d is d^2 / (2 bend) up to `bend`, and |d| - bend / 2 beyond.
+    """Add the gradient of Huber's norm of differences between neighbours, linear beyond `bend`.
 
     Args:
         rows: (n, 3) int32 of `Grid.neighbours`.
-        values: (n, m).
+        values, gradient: (n, m).
         weight: of the sum over all differences.
         bend: above zero.
-        gradient: (n, m), added to.
     """
     for n in range(len(rows)):
         for axis in range(3):
@@ -159,15 +123,9 @@ def add_variation(rows, values, weight, bend, gradient):
 
 @exact
 def adam_step(values, gradient, moments, rate, turn):
-    """One step of Adam (Kingma and Ba 2015), and the gradient is zero again.
+    """Make step `turn` of Adam (Kingma and Ba 2015), from 1, and clear the flat gradient.
 
     Numbers whose gradient is zero rest: what no ray meets is not moved by its past.
-
-    Args:
-        values, gradient: flat.
-        moments: first and second, flat.
-        rate: step size.
-        turn: number of the step, from 1.
     """
     first, second = moments
     one, two = BETAS

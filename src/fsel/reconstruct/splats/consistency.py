@@ -39,7 +39,7 @@ class Maps(NamedTuple):
 def agreed(
     maps: Maps, opacity: np.ndarray, rounds: int, against: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rounds of voting, then every depth averaged with those that agree with it.
+    """Vote for some rounds, then average every depth with those that agree with it.
 
     Args:
         maps: the depth maps.

@@ -1,9 +1,7 @@
-"""Consistency of the pixels of depth maps: agreement, free-space violations, fusion.
+"""Consistency of the pixels of depth maps in float32: agreement, free-space violations, fusion.
 
-float32 throughout: depths are compared to a plane's spacing, a thousand times their rounding.
 Half of all comparisons are undecided, so the others are listed, and voting runs along the lists.
-The loops over pixels hold no branch: they compile to plain vectors, or to sums without branch
-misses.
+The loops over pixels hold no branch: they compile to plain vectors.
 """
 
 from __future__ import annotations
@@ -55,9 +53,6 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
         translation: (B, M, 3) float32.
         ks: (K, 4) float32 intrinsics.
         tolerance: (B,) float32 inverse depth.
-
-    Returns:
-        `Verdicts`.
     """
     maps, height, width = inverse.shape
     (count, each), size = neighbours.shape, height * width
@@ -86,7 +81,7 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
 
 @exact
 def _list(own, theirs, at, z, tolerance, back, pixels):
-    """Fill the list of one map and neighbour, and what is carried back to every pixel; bounds."""
+    """Fill the list of one map and neighbour, and what is carried back; return the bounds."""
     agree, floats = np.empty(len(own), np.uint8), np.empty(len(own), np.uint8)
     for p in range(len(own)):
         # inverse depths here and there: camera points are divided by their depth
@@ -108,8 +103,7 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
 def _locate(own, ray, rotation, translation, k, width, height, at, z):
     """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth.
 
-    The depth is that of the pixel's point divided by its own depth, so that an infinite depth is
-    allowed.
+    The depth is divided by the pixel's own, so that an infinite depth is allowed.
     """
     fx, fy, cx, cy = k
     a, t = rotation, translation
@@ -129,19 +123,14 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
 
 @exact
 def vote(first, sure, neighbours, verdicts, against_weight):
-    """Opacity of every pixel of B depth maps in a row.
-
-    It comes from the neighbours' verdicts, each weighted by its own certainty.
+    """Return (B, h, w) float32 opacities, 0..1, from the verdicts of neighbours by their certainty.
 
     Args:
-        first: the first of the B.
+        first: the first of the B depth maps.
         sure: (K, h, w) float32, 0..1; matching confidence, or the last round's opacity.
         neighbours: (B, M) int64.
         verdicts: as `compare` returns.
         against_weight: what a free-space violation weighs beside an agreement.
-
-    Returns:
-        (B, h, w) float32 in 0..1.
     """
     maps, height, width = sure.shape
     count, size = len(neighbours), height * width
@@ -165,14 +154,11 @@ def vote(first, sure, neighbours, verdicts, against_weight):
 
 @exact
 def fuse(first, inverse, opacity, neighbours, verdicts):
-    """Inverse depth of every pixel of B maps, averaged with the neighbours that agree, by opacity.
+    """Return (B, h, w) float32 inverse depths, averaged by opacity with neighbours that agree.
 
     Args:
         first, inverse, neighbours, verdicts: as in `compare` and `vote`.
         opacity: (K, h, w) float32.
-
-    Returns:
-        (B, h, w) float32.
     """
     maps, height, width = inverse.shape
     count, size = len(neighbours), height * width
@@ -198,7 +184,9 @@ def fuse(first, inverse, opacity, neighbours, verdicts):
 
 @exact
 def place(fused, opacity, rays, camera_to_world, images, threshold):
-    """Splats of the pixels that are opaque enough.
+    """Return float32 splats (5, n) of opaque enough pixels, and their colours (n, 3), 0..255.
+
+    The rows are world x, y, z, opacity, and depth in the source camera.
 
     Args:
         fused: (K, h, w) float32 inverse depth.
@@ -207,10 +195,6 @@ def place(fused, opacity, rays, camera_to_world, images, threshold):
         camera_to_world: (K, 3, 4) float32.
         images: (K, h, w, 3) uint8.
         threshold: least opacity to keep.
-
-    Returns:
-        (5, n) float32: rows of world x, y, z, opacity, depth in the source camera; and (n, 3)
-        float32 their colours, 0..255.
     """
     count, height, width = fused.shape
     size = height * width

@@ -13,11 +13,7 @@ HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are
 
 @exact
 def typical_weight(total):
-    """Median weight of the pixels that any splat falls on; 1 where there are none.
-
-    Args:
-        total: (h, w, 4) float32 weighted colour sums and weights.
-    """
+    """Return the median weight of an (h, w, 4) image's pixels with any; 1 where there are none."""
     met, count = np.empty(total.shape[0] * total.shape[1], F), 0
     for y in range(total.shape[0]):
         for x in range(total.shape[1]):
@@ -36,8 +32,7 @@ def typical_weight(total):
 
 @exact
 def _ranked(values, rank):
-    """Value of a rank, from 0, of positive float32, whose bits, as integers, have their order:
-    found from histograms of the first 12 bits, of the next 12, and of the last 8."""
+    """Return the value of a rank, from 0, of positive float32, by histograms of their bits."""
     bits = values.view(np.uint32)
     histogram = np.empty(1 << 12, INT)
     prefix, shift = np.uint32(0), np.uint32(32)
@@ -59,15 +54,11 @@ def _ranked(values, rank):
 
 @exact
 def fill_holes(total, typical):
-    """Colours from weighted sums, pixels of little weight being mixed with coarser levels
-    (pull-push).
+    """Return (h, w, 3) float32 colours, 0..255, mixed with those of coarser levels (pull-push).
 
     Args:
         total: (h, w, 4) float32 weighted colour sums and weights.
         typical: weight of an ordinary pixel; below a quarter of it a pixel is mixed.
-
-    Returns:
-        (h, w, 3) float32, 0..255; black where no level holds anything.
     """
     height, width = total.shape[:2]
     planes = np.empty((4, height, width), F)
@@ -91,7 +82,7 @@ def fill_holes(total, typical):
 
 @exact
 def _halved(planes):
-    """2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
+    """Return 2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
     height, width = planes.shape[1:]
     half = np.empty((4, (height + 1) // 2, (width + 1) // 2), F)
     for c in range(4):
@@ -109,7 +100,7 @@ def _halved(planes):
 
 @exact
 def _blended(coarse, planes, full):
-    """The coarser (3, ...) colours, bilinearly enlarged, under the level's own by its weight."""
+    """Return the coarser (3, ...) colours, enlarged, under the level's own by its weight."""
     height, width = planes.shape[1:]
     rows, columns = coarse.shape[1:]
     color = np.empty((3, height, width), F)

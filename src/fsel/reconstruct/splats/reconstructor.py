@@ -1,8 +1,6 @@
 """The default reconstructor: pixel-aligned splats from multi-view stereo, on the CPU.
 
-No learned weights: plane-sweep stereo against the best partners within the subset, semi-global
-aggregation, opacity from agreement between depth maps, and a two-pass renderer. Matching costs
-and depth maps are cached, since a search meets the same pairs of frames again and again.
+Matching costs and depth maps are cached, since a search meets the same pairs of frames again.
 """
 
 from __future__ import annotations

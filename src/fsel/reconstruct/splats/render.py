@@ -1,7 +1,4 @@
-"""Rendering of pixel-aligned splats: a depth pass, and an accumulation pass.
-
-float32: positions are relative to a scene whose far plane is some thousand pixels of disparity.
-"""
+"""Rendering of pixel-aligned splats in float32: a depth pass, and an accumulation pass."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a sur
 
 @exact
 def render_views(splats, colors, poses, ks, size, tolerance, depths):
-    """Views of a cloud of splats, holes filled.
+    """Return (T, height, width, 3) float32 views in 0..1 of a cloud of splats, holes filled.
 
     Args:
         splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
@@ -30,9 +27,6 @@ def render_views(splats, colors, poses, ks, size, tolerance, depths):
         size: width and height, pixels.
         tolerance: relative depth behind the surface that still counts as the surface, float32.
         depths: of the first bin and of the last, world units, float32.
-
-    Returns:
-        (T, height, width, 3) float32 in 0..1.
     """
     width, height = size
     out = np.empty((len(poses), height, width, 3), F)
@@ -54,7 +48,7 @@ def render_views(splats, colors, poses, ks, size, tolerance, depths):
 
 @exact
 def make_room(n, size):
-    """Arrays that every view of n splats uses anew, see `_project`, `_inside` and `_reach`."""
+    """Return arrays that every view of n splats uses anew: see `_project` and `_reach`."""
     width, height = size
     cells, corners, index = np.empty(n, INT), np.empty(n, INT), np.empty(n + 1, INT)
     mass = np.empty((height + 2, BINS, width + 2), F)
@@ -63,13 +57,11 @@ def make_room(n, size):
 
 @exact
 def render_view(splats, colors, pose, k, size, tolerance, depths, room):
-    """One view of a cloud of splats.
+    """Return (height, width, 4) float32 weighted colour sums, and weights, of one view.
 
     The depth pass gathers opacity in bins of inverse depth over 3x3 pixels; the visible surface is
     the first with a fair share of it, so that a single floater hides nothing. The accumulation pass
-    spreads each splat bilinearly over 2x2 pixels, weighed by its opacity alone (weights that favour
-    near sources let a floater beside its own camera outweigh a surface: 0.9 dB less), and drops
-    what lies behind the surface.
+    spreads each splat bilinearly over 2x2 pixels, by its opacity, and drops what lies behind.
 
     Args:
         splats, size, tolerance, depths: as in `render_views`.
@@ -77,9 +69,6 @@ def render_view(splats, colors, pose, k, size, tolerance, depths, room):
         pose: (3, 4) float32 world to camera.
         k: (4,) float32 intrinsics, pixels.
         room: see `make_room`.
-
-    Returns:
-        (height, width, 4) float32: weighted colour sums, and weights.
     """
     where, cells, corners, index, mass = room
     low = F(1) / depths[1]
@@ -99,11 +88,8 @@ def render_view(splats, colors, pose, k, size, tolerance, depths, room):
 def _project(splats, pose, k, size, bins, where, cells, corners):
     """Fill where splats fall: no branches, it vectorises.
 
-    (3, n) pixel coordinates, padded and shifted, and inverse depths; (n,) cells of the depth pass,
-    -1 outside; and (n,) flat padded pixels, the first of the 2x2 that a splat covers.
-
-    Half a pixel beyond the padding's one, so that a coordinate's floor is the corner of the 2x2
-    footprint.
+    (3, n) pixel coordinates, padded by one and a half, and inverse depths; (n,) cells of the depth
+    pass, -1 outside; and (n,) flat padded pixels, the first of the 2x2 that a splat covers.
     """
     across, down, closeness = where[0], where[1], where[2]
     (width, height), (low, scale) = size, bins
@@ -126,9 +112,7 @@ def _project(splats, pose, k, size, bins, where, cells, corners):
 
 @exact
 def _inside(cells, index):
-    """Number of the cells that are none of -1, with which `index` then begins; always written, kept
-    by a sum: no branches.
-    """
+    """Fill `index` with the cells that are not -1, without branches; return their number."""
     kept = U(0)
     for i in range(len(cells)):
         index[kept] = i
@@ -175,9 +159,7 @@ def _reach(mass, bins, tolerance):
 
 @exact
 def _in_front(closeness, corners, reach, index):
-    """Number of the indexed splats that count at any of their four pixels; `index` then begins with
-    them. A third are hidden.
-    """
+    """Keep the indexed splats that count at any of their four pixels; return their number."""
     height, width = reach.shape
     least, kept = np.zeros((height, width), F), U(0)
     for y in range(height - 1):
@@ -196,7 +178,7 @@ def _in_front(closeness, corners, reach, index):
 
 @exact
 def _accumulate(where, corners, weights, index, colors, reach):
-    """Colours and weights of what is no farther than `reach`, an inverse depth, over 2x2 pixels."""
+    """Return colours and weights of what is no farther than `reach`, over 2x2 pixels."""
     across, down, closeness = where[0], where[1], where[2]
     height, width = reach.shape
     limit, flat, row = reach.reshape(height * width), colors.reshape(colors.size), U(width)

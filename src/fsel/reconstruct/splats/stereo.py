@@ -1,8 +1,7 @@
 """Plane-sweep stereo: the matching cost of a pair of frames, and depth from several pairs.
 
-Planes are uniform in inverse depth. Pair costs are uint8, sums of them int16: rounded to half a
-level of 255, well below the images' noise, at half the memory and twice the lanes of float32. The
-plain twins of these kernels are in the tests.
+Planes are uniform in inverse depth. Pair costs are uint8, sums of them int16: half the memory and
+twice the lanes of float32.
 """
 
 from __future__ import annotations
@@ -32,21 +31,17 @@ def packed(image):
 
 @exact
 def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, truncation):
-    """Matching cost of an ordered pair of frames at every pixel and plane.
+    """Return (h, w, D) uint8 matching costs of an ordered pair of frames; 255 is the truncation.
 
     Args:
         reference: (h, w, 3) float32 image, grey levels 0..255.
-        enlarged: (2h, 2w) uint64, the source image as `packed`: the nearest pixel at twice the
-            size is as good as interpolating, at a quarter of the loads.
+        enlarged: (2h, 2w) uint64, the source image as `packed`, read at the nearest pixel.
         rays: (2, h, w) float32, x/z and y/z of the reference's pixels.
         rotation: (3, 3) float32, reference camera to source camera.
         translation: (3,) float32, world units.
         k: (4,) float32, fx, fy, cx, cy of the source at its own size, pixels.
         inverse: (D,) float32 inverse depths, ascending.
         truncation: mean absolute difference, grey levels, that saturates the cost.
-
-    Returns:
-        (h, w, D) uint8; 255 is the truncation.
     """
     height, width = reference.shape[:2]
     planes = len(inverse)
@@ -64,9 +59,7 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
 
 @exact
 def _project(rays, rotation, translation, k, inverse, shape, index):
-    """Fill the flat pixels of a source image that points fall on, or -1: those of a row of pixels,
-    each at every plane.
-    """
+    """Fill the flat pixels of a source image that a row's pixels fall on at each plane, or -1."""
     fx, fy, cx, cy = F(2) * k[0], F(2) * k[1], F(2) * k[2], F(2) * k[3]
     bx = fx * translation[0] + cx * translation[2]
     by = fy * translation[1] + cy * translation[2]
@@ -109,7 +102,7 @@ def _match(reference, levels, index, truncation, cost):
 
 @exact
 def box_filter(cost):
-    """3x3 mean over pixels, borders repeated, plane by plane; (h, w, D) uint8, rounded down."""
+    """Return (h, w, D) uint8 3x3 means over pixels, borders repeated, rounded down."""
     height, width, planes = cost.shape
     rows = np.empty((width + 2, planes), np.uint16)
     out = np.empty_like(cost)
@@ -133,10 +126,9 @@ def box_filter(cost):
 
 @exact
 def merge_costs(first, second, third, fourth, count):
-    """Twice the mean of the better half of up to four pair costs, which tolerates occlusion.
+    """Return (h, w, D) int16, twice the mean of the better half of the first `count` uint8 costs.
 
-    The first `count` of the four (h, w, D) uint8 arrays count; returns (h, w, D) int16, 0..510,
-    rounded down.
+    It tolerates occlusion; values are 0..510, rounded down.
     """
     height, width, planes = first.shape
     out = np.empty((height, width, planes), S)
@@ -165,18 +157,13 @@ def merge_costs(first, second, third, fourth, count):
 
 @exact
 def aggregate(cost, grey, small, large):
-    """Semi-global aggregation along four axes (Hirschmueller, PAMI 2008).
-
-    Textureless pixels take the depth of their surroundings; jumps are cheaper across edges.
+    """Return (h, w, D) int16 costs aggregated along four axes (SGM, Hirschmueller, PAMI 2008).
 
     Args:
         cost: (h, w, D) int16, 0..510.
-        grey: (h, w) float32, 0..255.
+        grey: (h, w) float32, 0..255; jumps are cheaper across its edges.
         small: penalty of a change by one plane, int16.
         large: penalty of a jump on a flat image, float32, at most `LARGEST_PENALTY`.
-
-    Returns:
-        (h, w, D) int16, summed over the paths.
     """
     height, width, planes = cost.shape
     costs, total = cost.reshape(cost.size), np.zeros(cost.size, S)
@@ -190,15 +177,14 @@ def aggregate(cost, grey, small, large):
 
 @exact
 def _sweep(costs, jumps, shape, strides, forward, small, total):
-    """Add the paths along one axis, in one direction, to the sums.
+    """Add the paths along one axis, in one direction, to the flat sums.
 
     Args:
-        costs: flat, as of `aggregate`.
+        costs, small: as of `aggregate`, flat.
         jumps: flat penalties of a jump between a pixel and the one before it on its line.
         shape: number of lines, and of steps along each.
         strides: from a line to the next, and from a step to the next, pixels.
         forward: whether steps go up.
-        small: as of `aggregate`.
         total: flat sums, changed in place.
     """
     # all lines advance together: their steps do not wait for each other. Every sum is cut back to
@@ -232,9 +218,7 @@ def _sweep(costs, jumps, shape, strides, forward, small, total):
 
 @exact
 def _jumps(grey, small, large):
-    """(2, h, w) int16 penalties of a jump between a pixel and the one before it, in its row and in
-    its column; 0 without one before.
-    """
+    """Return (2, h, w) int16 penalties of jumps from the pixel before, in rows and in columns."""
     height, width = grey.shape
     jumps = np.zeros((2, height, width), S)
     least = F(small) + F(1)
@@ -251,16 +235,14 @@ def _jumps(grey, small, large):
 
 @exact
 def winner(total, cost, inverse):
-    """Winner-take-all with a parabola through the minimum, and how far the minimum stands out.
+    """Return (h, w) float32 inverse depths, and confidences 0..1: near zero where planes are alike.
+
+    The winner takes all, with a parabola through the minimum.
 
     Args:
         total: (h, w, D) int16 aggregated cost.
         cost: (h, w, D) int16 matching cost.
         inverse: (D,) float32 inverse depths.
-
-    Returns:
-        (h, w) float32 inverse depth, and (h, w) float32 confidence in 0..1: near zero where every
-        plane matches alike, as on a blank wall or the sky.
     """
     height, width, planes = total.shape
     costs, sums = cost.reshape(cost.size), total.reshape(total.size)
