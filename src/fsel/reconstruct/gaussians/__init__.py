@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,13 +14,12 @@ from fsel.reconstruct.configured import ConfiguredReconstructor, Peak
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.gaussians.training import Begun, Training
+from fsel.reconstruct.gaussians.training import Progress, Training
 from fsel.reconstruct.selected import Frame, distinct, restricted
 
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
 logger = logging.getLogger(__name__)
-Progress = Callable[[int, int, float], None]
 
 
 class Gaussians(ConfiguredReconstructor[GaussianSettings]):
@@ -48,31 +48,22 @@ class Gaussians(ConfiguredReconstructor[GaussianSettings]):
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
         """
         started, peak = time.perf_counter(), Peak()
-        begun = self._begun(np.sort(distinct(frames)))
-        steps, table = 0, begun.table
-        if len(table):
-            training = Training(begun, self.settings)
-            steps, table = training.run(progress, stop), training.kept
-        return GaussianModel(
-            frame=begun.frame,
-            table=table,
-            background=begun.background,
-            steps=steps,
-            seconds=time.perf_counter() - started,
-            peak_bytes=peak.bytes,
-        )
+        capture = restricted(self.capture, np.sort(distinct(frames)))
+        model = self._start(capture)
+        if model.primitives:
+            model = Training(capture, model, self.settings).run(progress, stop)
+        return replace(model, seconds=time.perf_counter() - started, peak_bytes=peak.bytes)
 
-    def _begun(self, frames: np.ndarray) -> Begun:
-        capture = restricted(self.capture, frames)
+    def _start(self, capture: Capture) -> GaussianModel:
+        """Return the Gaussians to start from, none where stereo finds no surface."""
         frame, settings = Frame.of(capture), self.settings
         begin = initial.from_splats if settings.initial == "splats" else initial.from_points
         xyz, rgb = begin(capture)
         if not len(xyz):
             logger.warning("%s: stereo finds no surface; the model is empty", capture.source)
-        table = initial.table_of(
-            xyz, rgb, frame, settings.degree, settings.gaussians, settings.seed
-        )
-        return Begun(capture, frame, table, _background(capture, settings.background))
+        drawn = settings.degree, settings.gaussians, settings.seed
+        table = initial.table_of(xyz, rgb, frame, *drawn)
+        return GaussianModel(frame, table, _background(capture, settings.background))
 
 
 def _background(capture: Capture, name: str) -> np.ndarray:

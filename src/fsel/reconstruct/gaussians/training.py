@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
 from fsel.core.capture import Capture
 from fsel.reconstruct.gaussians import densify, losses, optimiser
+from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.parameters import LOGIT
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.selected import Frame
 
 RELOCATED = 100  # steps between relocations
 SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradmand et al. 2024)
 RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerbl et al. 2023)
 
-
-class Begun(NamedTuple):
-    """A subset before the first step."""
-
-    capture: Capture  # of the selected frames alone
-    frame: Frame
-    table: np.ndarray  # (n, c) float32 parameters to start from, n > 0 for steps
-    background: np.ndarray  # (3,) colour behind everything
+Progress = Callable[[int, int, float], None]
 
 
 class Order:
@@ -43,37 +36,36 @@ class Order:
 
 
 class Training:
-    """The steps on one subset."""
+    """The steps on a capture of the selected frames alone, from a model of some Gaussians."""
 
-    def __init__(self, begun: Begun, settings: GaussianSettings) -> None:
-        self.settings = settings
+    def __init__(self, capture: Capture, start: GaussianModel, settings: GaussianSettings) -> None:
+        self.start, self.settings = start, settings
         self.rates = optimiser.Rates(settings.degree, settings.steps)
-        capture, frame, table, background = begun
-        self.alive, self.order = len(table), Order(len(capture), settings.seed)
-        self.table = np.zeros((settings.gaussians, table.shape[1]), np.float32)
-        self.table[: self.alive] = table
+        self.alive, self.order = len(start.table), Order(len(capture), settings.seed)
+        self.table = np.zeros((settings.gaussians, start.table.shape[1]), np.float32)
+        self.table[: self.alive] = start.table
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
-        self.canvas = Canvas(len(self.table), capture.size, background)
+        self.canvas = Canvas(len(self.table), capture.size, start.background)
         self.truth = np.ascontiguousarray(np.asarray(capture.images).transpose(0, 3, 1, 2))
         self.masks = capture.masks
-        poses = frame.local_poses(capture.world_to_camera)
+        poses = start.frame.local_poses(capture.world_to_camera)
         self.cameras = [
             camera_of(pose, k, capture.size, NEAREST)
             for pose, k in zip(poses, capture.intrinsics, strict=True)
         ]
         self.window, self.slope = losses.window(np.float32), np.empty_like(self.canvas.image)
 
-    def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
-        """Make all steps, or those before `stop` says so; return how many were made."""
+    def run(self, progress: Progress | None, stop: Callable[[], bool] | None) -> GaussianModel:
+        """Make all steps, or those before `stop` says so; see `Gaussians.fit`."""
         steps = self.settings.steps
         for step in range(steps):
             if stop is not None and stop():
-                return step
+                return self.model(step)
             loss = self.step(step)
             if progress is not None:
                 progress(step + 1, steps, loss)
-        return steps
+        return self.model(steps)
 
     def step(self, step: int) -> float:
         """Update once; return the mean loss of its views before it, without the penalties."""
@@ -111,8 +103,8 @@ class Training:
             factor[:] = (self.order.rng.random(self.alive) >= rate) / (1 - rate)
         return factor
 
-    @property
-    def kept(self) -> np.ndarray:
-        """(n, c) float32, the Gaussians that add to any pixel."""
+    def model(self, steps: int) -> GaussianModel:
+        """Return the Gaussians that add to any pixel, after some steps."""
         table = self.table[: self.alive]
-        return table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
+        kept = table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
+        return replace(self.start, table=kept, steps=steps)
