@@ -41,12 +41,11 @@ class Compared:
         names: T held-out frames.
         metrics: M names of metrics, PSNR first.
         scores: (T, M) for each k and method, averaged over seeds.
-        used: frames that each reconstruction was made from.
+        used: number of frames that each reconstruction was made from.
         shown: numbers of the held-out frames that have pictures.
         truth: JPEG of each of them.
         renders: for each k and method, JPEG of its first seed's rendering of each of them.
-        blurred: (T,) bool, held-out frames that motion blurred: a sharp rendering of them scores
-            less than a blurred one.
+        blurred: (T,) bool, held-out frames that motion blurred, whose scores favour blur.
         shape: width of the pictures over their height.
     """
 
@@ -188,23 +187,19 @@ def _table(compared: Compared) -> list[str]:
     first = compared.methods[0]
     named = [REGISTERED[name] for name in compared.metrics]
     units = [f"{own.label} ({own.unit})" if own.unit else own.label for own in named]
-    head = "".join(f"<th>{escape(text)}</th>" for text in ("K", "method", *units))
-    lines = [f"<div class='wide'><table><thead><tr>{head}<th>{escape(first)} is ahead by</th>"]
-    lines.append("</tr></thead><tbody>")
+    titles = ("K", "method", *units, f"{first} is ahead by")
+    head = "".join(f"<th>{escape(text)}</th>" for text in titles)
+    lines = [f"<div class='wide'><table><thead><tr>{head}</tr></thead><tbody>"]
     for (used, name), budgets in compared.rows.items():
         cell = (budgets[0], name)
-        means = zip(named, compared.means(cell), strict=True)
-        values = [own.printed(mean) for own, mean in means]
-        values[0] += _bounds(compared, cell)
+        values = [own.printed(mean) for own, mean in zip(named, compared.means(cell), strict=True)]
+        psnr = compared.interval(cell)
+        if np.isfinite(psnr.low):
+            values[0] += f" <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
         gaps = [] if name == first else [_gap(compared, k, name, len(budgets)) for k in budgets]
         cells = [str(used), escape(name), *values, "<br>".join(gaps)]
         lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
     return [*lines, "</tbody></table></div>"]
-
-
-def _bounds(compared: Compared, cell: Cell) -> str:
-    psnr = compared.interval(cell)
-    return "" if np.isnan(psnr.low) else f" <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
 
 
 def _gap(compared: Compared, k: int, other: str, rows: int) -> str:

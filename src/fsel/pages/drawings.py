@@ -19,12 +19,7 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a chart.
-
-    Attributes:
-        x, y: (n,) its points.
-        low, high: (n,) ends of the interval at each point, NaN where there is none; or None.
-    """
+    """A line of a chart: (n,) points, and the ends of their intervals, NaN where there is none."""
 
     x: np.ndarray
     y: np.ndarray
@@ -33,13 +28,9 @@ class Line:
 
 
 def line_chart(lines: Mapping[str, Line], across: str, unit: str, label: str) -> str:
-    """Draw lines with their intervals; colours follow the classes `line0`, `line1`, ...
+    """Draw lines with their intervals over an axis; colours follow classes `line0`, `line1`, ...
 
-    Args:
-        lines: name -> line.
-        across: name of the horizontal axis.
-        unit: format of the numbers beside the vertical axis.
-        label: what is drawn, for those who do not see it.
+    `unit` is the format of the vertical axis, and `label` for those who do not see the chart.
     """
     width, height = CHART
     right, top = width - 12, 12
@@ -111,9 +102,7 @@ def _ticks(low: float, high: float) -> np.ndarray:
 def timeline(rows: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[int]]) -> str:
     """Draw one row a measure over all n frames, each scaled to its own greatest value.
 
-    Args:
-        rows: name -> (n,) measure, NaN where it is not known.
-        marks: class, as `pick` or `bad` -> frames that are marked by it in every row.
+    Measures are (n,), NaN where not known; `marks` maps a class, as `pick`, to the frames it marks.
     """
     count = len(next(iter(rows.values())))
     step = WIDE / count

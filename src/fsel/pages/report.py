@@ -23,11 +23,28 @@ CELL = 84  # pixels of a frame's place on the page, were it square
 NOTE = "A point is seen well by two picks, which tell its depth; the scene is what the picks see."
 
 REPORT = "report.html"
+KINDS = {"all": "all", "pick": "picks", "left": "left out", "held": "held out", "bad": "bad"}
+KINDS |= {"keep": "kept by hand", "drop": "dropped by hand"}
 WORLD, END = '<figure class="world" id="world">', "</figure>"
 FLYING = (
     "<script>window.mountView = (element, data, chosen) => view.beside(data.names, chosen);"
     "</script><figcaption>Click a camera to fly to it and its photo; drag to turn, shift and drag "
     "to move, scroll or pinch to zoom.</figcaption>"
+)
+WISHES = (
+    '<section id="wishes" hidden><h2>Keep and drop by hand</h2>'
+    "<p>Save the two lists beside the capture, then run the command in the folder that this one "
+    "was run in. Kept frames are picked first and count among the picks; the rule picks the rest."
+    '</p><p><a class="button" id="keep-file"></a> <a class="button" id="drop-file"></a> '
+    '<button id="keep-picks">Keep all picks</button> <button id="clear">Clear</button></p>'
+    '<p id="too-many" hidden><b>More frames are kept than were asked for: enlarge -k.</b></p>'
+    '<pre id="command"></pre></section>'
+)
+DETAIL = (
+    '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
+    '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
+    '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
+    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
 )
 
 
@@ -51,11 +68,11 @@ def page(shown: ReportContent) -> str:
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures),
         *_strip(shown, cards),
-        *_wishes(),
+        WISHES,
         *_charts(outcome),
         *_tables(shown),
         "</div>",
-        _detail(),
+        DETAIL,
         "</div>",
         data("data", _content(shown, cards)),
     ]
@@ -63,11 +80,7 @@ def page(shown: ReportContent) -> str:
 
 
 def with_view(text: str, view: str) -> str:
-    """Return a report with the viewer in the place of its drawing of the cameras.
-
-    Args:
-        text: of a page.
-        view: element that `fsel.pages.viewer.component` makes, named `view`.
+    """Return a report with a `fsel.pages.viewer.component` in the place of its drawing.
 
     Raises:
         ValueError: for what is no report, or one that another version wrote.
@@ -99,19 +112,12 @@ def _world(outcome: Outcome, viewing: str) -> list[str]:
 
 
 def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, bytes]) -> list[str]:
-    """Draw the timeline of some frames, with picks, held-out and bad frames marked.
-
-    Args:
-        outcome: the selection.
-        frames: (n,) that are shown.
-        pictures: frame -> JPEG, which tell the exposure; may be empty.
-    """
+    """Draw the timeline of (n,) frames; their JPEGs, where there are any, tell the exposure."""
     rows = {"speed of the camera (degrees a frame)": speeds(outcome)[frames]}
     if outcome.sharpness is not None:
         rows["sharpness"] = np.asarray(outcome.sharpness)[frames]
     if pictures:
-        light = brightness(pictures, len(outcome.capture))[frames]
-        rows["exposure (mean grey level, %)"] = light
+        rows["exposure (mean grey level, %)"] = brightness(pictures, len(outcome.capture))[frames]
     targets = outcome.targets
     kinds = {"held": targets.frames, "pick": outcome.selection.indices, "bad": targets.bad}
     marks = {kind: np.flatnonzero(np.isin(frames, of)).tolist() for kind, of in kinds.items()}
@@ -131,8 +137,7 @@ def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, byte
 def speeds(outcome: Outcome) -> np.ndarray:
     """Return (N,) degrees that the view moved since the frame before; NaN at a sequence's first.
 
-    The turn of the optical axis, and the angle that the way of the centre makes at the depth of
-    the scene.
+    The turn of the optical axis, and the angle of the centre's way at the depth of the scene.
     """
     capture = outcome.capture
     way = np.linalg.norm(np.diff(capture.centers, axis=0), axis=1)
@@ -155,11 +160,8 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
     """Return every frame as a picture that can be chosen, in the order of the capture."""
     width, height = shown.outcome.capture.size
     wide, high = CELL * np.sqrt([width / height, height / width])
-    kinds = [("all", "all"), ("pick", "picks"), ("left", "left out"), ("held", "held out")]
-    kinds += [("bad", "bad")]
-    there = {"all"} | {card.kind for card in cards}
-    options = [(value, text) for value, text in kinds if value in there]
-    options += [("keep", "kept by hand"), ("drop", "dropped by hand")]
+    there = {"all", "keep", "drop", *(card.kind for card in cards)}
+    options = [(kind, text) for kind, text in KINDS.items() if kind in there]
     parts = [
         "<h2>Every frame</h2>",
         choices("filter", "Show", options),
@@ -180,28 +182,6 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
             f"{order}</button>"
         )
     return [*parts, "</div>"]
-
-
-def _wishes() -> list[str]:
-    return [
-        '<section id="wishes" hidden><h2>Keep and drop by hand</h2>',
-        "<p>Save the two lists beside the capture, then run the command in the folder that this "
-        "one was run in. Kept frames are picked first and count among the picks; the rule picks "
-        "the rest.</p>",
-        '<p><a class="button" id="keep-file"></a> <a class="button" id="drop-file"></a> '
-        '<button id="keep-picks">Keep all picks</button> <button id="clear">Clear</button></p>',
-        '<p id="too-many" hidden><b>More frames are kept than were asked for: enlarge -k.</b></p>',
-        '<pre id="command"></pre></section>',
-    ]
-
-
-def _detail() -> str:
-    return (
-        '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
-        '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
-        '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
-        '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
-    )
 
 
 def _charts(outcome: Outcome) -> list[str]:
@@ -248,8 +228,7 @@ def _tables(shown: ReportContent) -> list[str]:
 
 def _content(shown: ReportContent, cards: Sequence[Card]) -> dict:
     """Return the content that the page's scripts read."""
-    outcome = shown.outcome
-    targets = outcome.targets
+    outcome, targets = shown.outcome, shown.outcome.targets
     wished = dict.fromkeys(targets.always.tolist(), "keep")
     wished |= dict.fromkeys(targets.never.tolist(), "drop")
     frames = np.array([card.frame for card in cards])

@@ -23,42 +23,27 @@ WIDEST = 1.5  # times the cameras' own reach: farther points would make one dot 
 
 
 class Commands(NamedTuple):
-    """Command lines that make the selection anew.
+    """Command lines that a report offers."""
 
-    Attributes:
-        asked: as it was asked for, without lists of frames.
-        keeping: the same for the number of picks, without what does not go with kept frames.
-        viewing: what shows the selection in three dimensions.
-    """
-
-    asked: str
-    keeping: str
-    viewing: str
+    asked: str  # the selection's, without lists of frames
+    keeping: str  # the same for the number of picks, without what does not go with kept frames
+    viewing: str  # what shows the selection in three dimensions
 
 
 @dataclass(frozen=True)
 class ReportContent:
-    """Content of a page about a selection.
-
-    Attributes:
-        outcome: the selection.
-        picked, left: see `fsel.selection.export.record`.
-        pictures: frame -> JPEG; none where no image was opened.
-        commands: that a person's wishes are added to.
-        notes: further sentences about the capture.
-    """
+    """Content of a page about a selection."""
 
     outcome: Outcome
-    picked: Sequence[dict]
+    picked: Sequence[dict]  # see `fsel.selection.export.record`, also `left`
     left: Sequence[dict]
-    pictures: Mapping[int, bytes]
+    pictures: Mapping[int, bytes]  # frame -> JPEG; none where no image was opened
     commands: Commands
-    notes: Sequence[str] = ()
+    notes: Sequence[str]  # further sentences about the capture
 
 
 class Card(NamedTuple):
-    """A frame as the page says it: its number, name, kind (`pick`, `held`, `left`, or `bad` where
-    it is left out as a bad frame), order among the picks, text, and what is wrong with it."""
+    """A frame as the page says it; its kind is `pick`, `held`, `left` or `bad`."""
 
     frame: int
     name: str
@@ -121,14 +106,8 @@ def adds(entry: dict) -> str:
 def scene_data(outcome: Outcome, frames: np.ndarray, points: SparsePoints | None) -> dict:
     """Return the places around the origin, with z upwards, of extent 1.
 
-    Args:
-        outcome: the selection.
-        frames: (n,) whose cameras are shown.
-        points: sparse points of the scene, or None.
-
-    Returns:
-        `frames` and `targets` (place and tip of the viewing direction each), the targets being
-        those that are no frames, and `points` (place and colour).
+    They are of (n,) `frames` and of the targets that are no frames (place and tip of the viewing
+    direction each), and of `points` (place and colour).
     """
     capture, targets = outcome.capture, outcome.targets
     up = upwards(capture.world_to_camera)

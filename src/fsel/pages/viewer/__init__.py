@@ -45,7 +45,7 @@ class ViewerCamera:
         name: of its frame.
         state: a key of `STATES`.
         note: what a person should know of it.
-        picture: a JPEG file of its frame as its camera sees it, or None.
+        picture: JPEG of its frame as its camera sees it, or None.
         order: of a pick, from 1.
     """
 
@@ -65,18 +65,11 @@ def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
 
 def packed(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
     """Return the same with parameters rounded to `BITS`, as a gzip file of half the size."""
-    names = ("harmonics", "logit", "log_scale", "turn")
-    thin = replace(cloud, **{name: _rounded(getattr(cloud, name)) for name in names})
-    return gzip.compress(moved(thin, origin), 6, mtime=0)
-
-
-def _rounded(values: np.ndarray) -> np.ndarray:
-    """Round to `BITS` of the mantissa, which compress."""
-    gone = 23 - BITS
-    bits = values.astype(np.float32).view(np.uint32)
-    return ((bits + (1 << (gone - 1))) & np.uint32(0xFFFFFFFF << gone & 0xFFFFFFFF)).view(
-        np.float32
-    )
+    gone, thin = 23 - BITS, {}
+    for name in ("harmonics", "logit", "log_scale", "turn"):
+        bits = getattr(cloud, name).astype(np.float32).view(np.uint32) + (1 << (gone - 1))
+        thin[name] = (bits >> gone << gone).view(np.float32)
+    return gzip.compress(moved(replace(cloud, **thin), origin), 6, mtime=0)
 
 
 def scene(
@@ -96,11 +89,12 @@ def scene(
         url: where the page finds `moved(cloud, origin)`; by default it holds the cloud itself.
 
     Returns:
-        `origin` of the world, which everything is relative to; `model` or `points`; the `cameras`
-        with poses (12 numbers, world to camera), intrinsics and size; `states`; and the view that
-        the page begins with.
+        `origin`, which everything is relative to; `model` or `points`; the `cameras` with poses (12
+        numbers, world to camera), intrinsics and size; and the view that the page begins with.
     """
-    content = _content(cloud, points)
+    content = np.empty((0, 3)) if points is None else points.xyz
+    if cloud is not None:
+        content = cloud.xyz
     middle, reach, start, up = _beginning(capture, content, BACK[cloud is not None])
     origin = middle.astype(np.float32).astype(np.float64)
     scene = {
@@ -125,13 +119,6 @@ def scene(
         colours = points.rgb[some] if points.rgb.any() else np.full((len(some), 3), UNCOLOURED)
         scene["points"] = {"xyz": places.tolist(), "rgb": colours.tolist()}
     return scene
-
-
-def _content(cloud: ply.Cloud | None, points: SparsePoints | None) -> np.ndarray:
-    """Return (n, 3) places of what is shown."""
-    if cloud is not None:
-        return cloud.xyz
-    return np.empty((0, 3)) if points is None else points.xyz
 
 
 def _beginning(
@@ -168,8 +155,9 @@ def _cameras(capture: Capture, cameras: Sequence[ViewerCamera], origin: np.ndarr
 
 
 def component(content: dict) -> str:
-    """An element that shows a scene, for a page that gives `#view` a height; JavaScript finds it as
-    `view`, which can `fly(index)` and `leave()`. For the content see `scene`.
+    """Return an element that shows a `scene`, for a page that gives `#view` a height.
+
+    JavaScript finds it as `view`, which can `fly(index)` and `leave()`.
     """
     style = (WEB / "viewer.css").read_text(encoding="utf-8")
     find = "document.getElementById"

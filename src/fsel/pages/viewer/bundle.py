@@ -1,8 +1,7 @@
 """The page's script: three.js and Spark with what is in `web`, bundled into one file.
 
-The sources of others are not kept here. npm, the packages' ordinary client, fetches the versions
-and checksums that `package-lock.json` pins. A wheel brings the bundle; elsewhere it is made when it
-is first needed, and kept in the user's cache.
+npm fetches the versions and checksums that `package-lock.json` pins. A wheel brings the bundle;
+elsewhere it is made when it is first needed, and kept in the user's cache.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -70,7 +68,13 @@ def _made(mark: str) -> str:
         place = Path(folder) / "web"
         shutil.copytree(WEB, place)
         for step in STEPS:
-            _run([*npm, *step], place)
+            ran = subprocess.run(
+                [*npm, *step], cwd=place, capture_output=True, text=True, timeout=SECONDS
+            )
+            if ran.returncode:
+                said = " ".join(ran.stderr.split())[-300:]
+                hint = "Hint: is there a network?"
+                raise ValueError(f"viewer: npm could not make its script: {said}. {hint}")
         packages = place / "node_modules"
         licences = [
             f"{name}\n{(packages / name / 'LICENSE').read_text(encoding='utf-8')}"
@@ -79,15 +83,6 @@ def _made(mark: str) -> str:
         content = (place / "bundle.js").read_text(encoding="utf-8")
     head = "\n".join([mark, *licences]).replace("*/", "* /")
     return f"/* {head}*/\n{content}"
-
-
-def _run(command: Sequence[str], folder: Path) -> None:
-    ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=SECONDS)
-    if ran.returncode:
-        said = " ".join(ran.stderr.split())[-300:]
-        raise ValueError(
-            f"viewer: npm could not make its script: {said}. Hint: is there a network?"
-        )
 
 
 if __name__ == "__main__":  # `make viewer`, for a wheel
