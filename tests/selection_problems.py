@@ -26,6 +26,12 @@ def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):
     )
 
 
+def in_line(places, **more):
+    """A capture of cameras on the x axis that look along z."""
+    centers = np.asarray(places, float)[:, None] * [1.0, 0, 0]
+    return capture_of(centers, np.tile(np.eye(3), (len(centers), 1, 1)), **more)
+
+
 def around(poses, size=(64, 48), **more):
     """A capture with the given world-to-camera poses."""
     rotations = poses[:, :, :3]
@@ -70,6 +76,19 @@ def problem_on(capture, targets=4, seed=0, width=12):
         targets=capture.view(split.targets),
         descriptors=descriptors.astype(np.float32),
         sharpness=rng.uniform(10, 900, len(capture)),
+    )
+
+
+def problem_of(capture, proxies, candidates, targets=(0, 1), descriptors=None, sharpness=None):
+    """A selection problem of the frames stated, by default without anything to see."""
+    n = len(capture)
+    return Problem(
+        capture=capture,
+        candidates=np.array(candidates),
+        proxies=np.array(proxies, np.int64),
+        targets=capture.view(np.array(targets)),
+        descriptors=np.zeros((n, 1), np.float32) if descriptors is None else descriptors,
+        sharpness=np.zeros(n) if sharpness is None else np.array(sharpness, float),
     )
 
 

@@ -124,9 +124,3 @@ def test_sharpness_by_hand():
     dot[0, 2, 2] = 100  # the Laplacian is -400 at the dot and 100 at its four neighbours
     assert sharpness(dot)[0] == pytest.approx((400**2 + 4 * 100**2) / 25)
     assert sharpness(np.full((1, 5, 5, 3), 77, np.uint8))[0] == pytest.approx(0, abs=1e-20)
-
-
-def test_blur_lowers_sharpness():
-    image = pictures(1, seed=6)
-    blurred = gaussian_filter(image.astype(float), (0, 1, 1, 0)).astype(np.uint8)
-    assert sharpness(blurred)[0] < sharpness(image)[0]

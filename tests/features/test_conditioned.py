@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from slow_selector import slow_sight
 
 from fsel.core.capture import Views
 from fsel.features.conditioned import (
@@ -90,24 +91,13 @@ def scattered(rng, count):
     return Views(poses, intrinsics, SIZE)
 
 
-def seen_one_by_one(frames, row, view, point):
-    """How much a frame sees of a point of a view whose centre is `view`."""
-    pose, (fx, fy, cx, cy) = frames.world_to_camera[row], frames.intrinsics[row]
-    x, y, z = pose[:, :3] @ point + pose[:, 3]
-    if z <= 0 or not (0 <= fx * x / z + cx < SIZE[0] and 0 <= fy * y / z + cy < SIZE[1]):
-        return 0.0
-    a, b = frames.centers[row] - point, view - point
-    angle = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
-    return np.exp(-np.degrees(angle) / 40)
-
-
 def test_every_view_frame_and_point_for_itself():
     rng = np.random.default_rng(0)
     frames, views = scattered(rng, 12), scattered(rng, 5)
     distance, points = rng.uniform(size=(12, 5)), view_points(views, 2.0)
     visible = visibility(frames, views, distance, 2.0)
     want = [
-        [[seen_one_by_one(frames, row, views.centers[o], p) for p in points[o]] for row in rows]
+        [[slow_sight(frames, row, p, views.centers[o]) for p in points[o]] for row in rows]
         for o, rows in enumerate(visible.nearest)
     ]
     assert 0.05 < np.mean(np.array(want) > 0) < 0.95

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, random_problem
+from selection_problems import capture_of, in_line, problem_of, random_problem
+from slow_selector import angle
 
 from fsel.core.files import read_table, write_table
-from fsel.core.problem import Problem
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
 from fsel.features.static import (
@@ -25,10 +25,6 @@ from fsel.selectors.policies import KNOWN
 
 def proxies_of(problem):
     return problem.capture.view(problem.proxies)
-
-
-def angle(a, b):
-    return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
 
 
 def slow_features(problem, pool, views):
@@ -79,24 +75,17 @@ def test_names_and_signs_are_the_papers():
     assert len(FEATURES) == 18
     assert FEATURES[13:17] == CONDITIONED
     assert (FEATURES[0], FEATURES[-1]) == ("d_min_o", "sharpness")
-    signs = SIGNS
-    assert tuple(signs) == FEATURES
-    assert signs["d_min_o"] == signs["gamma_mean_o"] == signs["rho_max_s"] == -1
-    assert signs["d_min_s"] == signs["rho_max_o"] == signs["sharpness"] == 1
+    assert tuple(SIGNS) == FEATURES
+    assert SIGNS["d_min_o"] == SIGNS["gamma_mean_o"] == SIGNS["rho_max_s"] == -1
+    assert SIGNS["d_min_s"] == SIGNS["rho_max_o"] == SIGNS["sharpness"] == 1
 
 
 def by_hand():
     """A proxy at (0, 0, -10) looking along z, candidates on a line through the origin."""
     line = np.array([[0.0, 0, -10], [0, 0, -10.5], [-3, 0, 0], [3, 0, 0]])
     capture = capture_of(line, np.tile(np.eye(3), (4, 1, 1)))
-    return Problem(
-        capture=capture,
-        candidates=np.array([2, 3]),
-        proxies=np.array([0]),
-        targets=capture.view(np.array([1])),
-        descriptors=np.eye(4, dtype=np.float32)[[0, 1, 0, 2]],
-        sharpness=np.array([0.0, 0, 5, 6]),
-    )
+    described = np.eye(4, dtype=np.float32)[[0, 1, 0, 2]]
+    return problem_of(capture, [0], [2, 3], [1], described, sharpness=[0, 0, 5, 6])
 
 
 def test_features_by_hand():
@@ -139,9 +128,7 @@ def test_without_appearance_no_descriptor_is_read():
 
 
 def test_cameras_in_one_place_have_finite_features():
-    capture = capture_of(np.zeros((12, 3)), np.tile(np.eye(3), (12, 1, 1)))
-    base = random_problem(12, targets=3)
-    problem = replace(base, capture=capture, targets=capture.view(np.arange(3)))
+    problem = problem_of(in_line(np.zeros(12)), [3, 4], np.arange(5, 12), np.arange(3))
     assert np.isfinite(static_features(problem, problem.observed, problem.targets)).all()
 
 
@@ -149,10 +136,8 @@ def test_a_candidate_on_a_reference_point_has_finite_features():
     problem = by_hand()
     centers = problem.capture.centers.copy()
     centers[2:] = [[0, 0, 0], [0, 1e-50, 0]]
-    capture = capture_of(centers, np.tile(np.eye(3), (4, 1, 1)))
-    moved_there = replace(problem, capture=capture)
-    table = static_features(moved_there, moved_there.observed, proxies_of(moved_there))
-    assert np.isfinite(table).all()
+    there = replace(problem, capture=capture_of(centers, np.tile(np.eye(3), (4, 1, 1))))
+    assert np.isfinite(static_features(there, there.observed, proxies_of(there))).all()
 
 
 def test_a_moved_and_scaled_world_scales_lengths_and_nothing_else():

@@ -5,16 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, random_problem, with_points
+from selection_problems import capture_of, in_line, problem_of, random_problem, with_points
 
 from fsel.core.points import SparsePoints
-from fsel.selection.candidates import (
-    EVEN,
-    candidates,
-    medoids,
-    serving,
-    stretches,
-)
+from fsel.experiments.studies.hard_cases.worlds import moved
+from fsel.selection.candidates import EVEN, candidates, medoids, serving, stretches
 from fsel.selection.covisible import FOLD, SECOND, covisible
 from fsel.selection.scene_depth import scene_distances
 
@@ -100,15 +95,8 @@ def test_two_groups_that_share_no_point_get_a_pick_each():
         track_point=np.array([0, 0, 0, 0, 1, 1]),
         track_frame=np.array([0, 1, 2, 3, 4, 5]),
     )
-    places = np.array([0, 1, 2, 3, 49, 51])[:, None] * [1.0, 0, 0]
-    capture = replace(capture_of(places, np.tile(np.eye(3), (6, 1, 1))), points=seen)
-    problem = replace(
-        random_problem(6, targets=2),
-        capture=capture,
-        candidates=np.arange(6),
-        proxies=np.arange(2),
-        targets=capture.view(np.arange(2)),
-    )
+    capture = replace(in_line([0, 1, 2, 3, 49, 51]), points=seen)
+    problem = problem_of(capture, [0, 1], np.arange(6))
     picks = covisible(problem, np.arange(6), 2)
     assert (picks < 4).tolist() == [True, False]
 
@@ -116,12 +104,7 @@ def test_two_groups_that_share_no_point_get_a_pick_each():
 def every_candidate(problem):
     """Of a whole capture and of three targets, which none may hold; the rule picks the last six."""
     held, pool = problem.observed[[1, 8, 15]], np.delete(problem.observed, [1, 8, 15])
-    told = replace(
-        problem,
-        candidates=pool,
-        proxies=pool[:3],
-        targets=problem.capture.view(held),
-    )
+    told = replace(problem, candidates=pool, proxies=pool[:3], targets=problem.capture.view(held))
     found = serving(told, pool[-6:], held)
     for frames in found.values():
         assert len(np.unique(frames)) == 6
@@ -134,18 +117,9 @@ def every_candidate(problem):
 
 def test_a_turned_scaled_and_shifted_world_changes_no_candidate():
     problem = with_points(random_problem(30))
-    capture, points = problem.capture, problem.capture.points
-    turn, scale, shift = Rotation.random(rng=np.random.default_rng(3)).as_matrix(), 7.0, [5, -3, 2]
-    pose = capture.world_to_camera
-    centers = capture.centers @ turn.T * scale + shift
-    rotation = pose[:, :, :3] @ turn.T
-    moved = np.concatenate([rotation, -np.einsum("nij,nj->ni", rotation, centers)[..., None]], 2)
-    other = replace(
-        capture,
-        world_to_camera=moved,
-        points=replace(points, xyz=points.xyz @ turn.T * scale + shift),
-    )
-    before, after = (every_candidate(replace(problem, capture=own)) for own in (capture, other))
+    turn = Rotation.random(rng=np.random.default_rng(3)).as_matrix()
+    other = moved(problem, turn, np.array([5.0, -3, 2]), 7.0)
+    before, after = every_candidate(problem), every_candidate(other)
     assert list(before) == list(after)
     assert next(iter(before)) == EVEN
     for name, frames in before.items():
@@ -155,13 +129,6 @@ def test_a_turned_scaled_and_shifted_world_changes_no_candidate():
 
 
 def test_cameras_in_one_place_have_candidates():
-    capture = capture_of(np.zeros((12, 3)), np.tile(np.eye(3), (12, 1, 1)))
-    problem = replace(
-        random_problem(12, targets=2),
-        capture=capture,
-        candidates=np.arange(12),
-        proxies=np.arange(2),
-        targets=capture.view(np.arange(2)),
-    )
+    problem = problem_of(in_line(np.zeros(12)), [0, 1], np.arange(12))
     for name, frames in candidates(problem, 4).items():
         assert len(np.unique(frames)) == 4, name

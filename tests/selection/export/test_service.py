@@ -2,22 +2,14 @@
 
 import numpy as np
 import pytest
-from selection_problems import around, capture_of
-from small_captures import ring
+from selection_problems import in_line
 
 from fsel.selection.outcome import proximity_of
 
 
-@pytest.fixture
-def circle():
-    return around(ring(24))
-
-
 def test_service_by_hand():
     """Frames at 0, 1, 2, 10 on a line, all looking alike, and a view at 0."""
-    centers = np.zeros((4, 3))
-    centers[:, 0] = [0, 1, 2, 10]
-    line = capture_of(centers, np.tile(np.eye(3), (4, 1, 1)))
+    line = in_line([0, 1, 2, 10])
     close = np.array([1, 0.7, 0.49, 0.343])  # by rank
     whole = close @ [1, 1 / 2, 1 / 4, 1 / 8]
     result = proximity_of(line, line.view(np.array([0])), np.arange(4), np.array([2, 0]))

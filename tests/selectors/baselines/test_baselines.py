@@ -6,7 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, permuted, random_problem, with_points
+from selection_problems import (
+    capture_of,
+    in_line,
+    permuted,
+    problem_of,
+    random_problem,
+    with_points,
+)
 from slow_selector import POLICIES, random_scorer, slow_inputs
 
 from fsel.core.geometry import pose_distance
@@ -223,15 +230,7 @@ def test_nearest_goes_round_the_targets_closest_first():
 
 
 def test_nearest_by_hand():
-    line = np.array([0.0, 10, 1, 11, 3, 14, 20, 21])[:, None] * [1.0, 0, 0]
-    capture = capture_of(line, np.tile(np.eye(3), (8, 1, 1)))
-    problem = replace(
-        random_problem(8, targets=2),
-        capture=capture,
-        targets=capture.view(np.array([0, 1])),
-        proxies=np.array([2, 3]),
-        candidates=np.array([4, 5, 6, 7]),
-    )
+    problem = problem_of(in_line([0, 10, 1, 11, 3, 14, 20, 21]), [2, 3], [4, 5, 6, 7])
     assert select(METHODS["nearest"], problem, 5).tolist() == [2, 3, 4, 5, 6]
 
 
@@ -246,14 +245,9 @@ def test_the_untrained_sum_against_a_slow_loop(seed):
     np.testing.assert_array_equal(got, problem.candidates[picked])
 
 
-def test_all_frames_are_every_observed_frame():
+def test_all_frames_are_those_observed_and_of_a_long_capture_some_evenly():
     problem = random_problem(30)
-    got = select(METHODS["all"], problem, len(problem.observed))
-    np.testing.assert_array_equal(got, problem.observed)
-    np.testing.assert_array_equal(got, problem.sequence)
-
-
-def test_a_long_capture_is_thinned_evenly_to_stand_for_all_frames():
+    np.testing.assert_array_equal(problem.sequence, problem.observed)
     problem = random_problem(2105, targets=5)
     frames, pool = problem.sequence, problem.observed
     assert len(frames) == 1000

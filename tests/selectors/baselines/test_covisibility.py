@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from selection_problems import capture_of, random_problem, with_points
+from selection_problems import capture_of, in_line, problem_of, random_problem, with_points
 
 from fsel.core.points import SparsePoints
 from fsel.selectors.baselines import METHODS
@@ -29,26 +29,24 @@ def on_a_line(positions, xyz, seen_by, proxies=()):
     The last two frames are targets.
     """
     n = len(positions)
-    centers = np.array(positions, float)[:, None] * [1.0, 0, 0]
     point = np.repeat(np.arange(len(xyz)), [len(frames) for frames in seen_by])
     frame = np.concatenate([np.array(frames, np.int64) for frames in seen_by])
     points = SparsePoints(np.array(xyz, float), np.zeros((len(xyz), 3), np.uint8), point, frame)
-    capture = replace(capture_of(centers, np.tile(np.eye(3), (n, 1, 1))), points=points)
-    return replace(
-        random_problem(max(n, 6), targets=2),
-        capture=capture,
-        targets=capture.view(np.array([n - 2, n - 1])),
-        proxies=np.array(proxies, np.int64),
-        candidates=np.setdiff1d(np.arange(n - 2), proxies),
-    )
+    capture = replace(in_line(positions), points=points)
+    return problem_of(capture, proxies, np.setdiff1d(np.arange(n - 2), proxies), [n - 2, n - 1])
+
+
+def slow_shared(problem, i, j):
+    points = problem.capture.points
+    sees = [set(points.track_point[points.track_frame == frame]) for frame in (i, j)]
+    return sees[0] & sees[1]
 
 
 def slow_score(problem, i, j):
     """MVSNet's score of two frames from sets and arc cosines."""
     points, centers = problem.capture.points, problem.capture.centers
-    sees = [set(points.track_point[points.track_frame == frame]) for frame in (i, j)]
     total = 0.0
-    for p in sees[0] & sees[1]:
+    for p in slow_shared(problem, i, j):
         a, b = (centers[frame] - points.xyz[p] for frame in (i, j))
         cosine = a @ b / np.linalg.norm(a) / np.linalg.norm(b)
         angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
@@ -56,33 +54,24 @@ def slow_score(problem, i, j):
     return total
 
 
-def slow_shared(problem, i, j):
-    points = problem.capture.points
-    sees = [set(points.track_point[points.track_frame == frame]) for frame in (i, j)]
-    return len(sees[0] & sees[1])
-
-
-def repeated(problem):
-    """The same problem with a third of its observations listed twice."""
-    points = problem.capture.points
-    extra = np.arange(0, len(points.track_point), 3)
-    twice = replace(
-        points,
-        track_point=np.concatenate([points.track_point, points.track_point[extra]]),
-        track_frame=np.concatenate([points.track_frame, points.track_frame[extra]]),
-    )
-    return replace(problem, capture=replace(problem.capture, points=twice))
+def observed_as(problem, rows):
+    """The same problem with some of the observations of its points, in the order given."""
+    points = problem.capture.points.observed(rows)
+    return replace(problem, capture=replace(problem.capture, points=points))
 
 
 @pytest.fixture
 def problem():
-    return repeated(with_points(random_problem(30, seed=2), seed=2))
+    """A third of its observations are listed twice."""
+    problem = with_points(random_problem(30, seed=2), seed=2)
+    rows = np.arange(len(problem.capture.points.track_point))
+    return observed_as(problem, np.concatenate([rows, rows[::3]]))
 
 
 def test_shared_points_and_scores_against_sets(problem):
     pool = problem.observed
     arrays = tracks(problem, pool).arrays
-    shared = np.array([[slow_shared(problem, i, j) for j in pool] for i in pool])
+    shared = np.array([[len(slow_shared(problem, i, j)) for j in pool] for i in pool])
     scores = np.array([[slow_score(problem, i, j) * (i != j) for j in pool] for i in pool])
     counts, row = np.empty(len(pool), np.int64), np.empty(len(pool))
     for i in range(len(pool)):
@@ -144,10 +133,10 @@ def test_nerf_director_by_hand():
 def test_nerf_director_against_a_plain_loop(problem):
     pool, centers = problem.observed, problem.capture.centers
     radius = max(np.linalg.norm(centers[i] - centers[pool].mean(axis=0)) for i in pool)
-    most = max(slow_shared(problem, i, j) for i in pool for j in pool if i != j)
+    most = max(len(slow_shared(problem, i, j)) for i in pool for j in pool if i != j)
 
     def distance(i, j):
-        unshared = 1 - slow_shared(problem, i, j) / most
+        unshared = 1 - len(slow_shared(problem, i, j)) / most
         return np.linalg.norm(centers[i] - centers[j]) + 2 * radius * unshared
 
     picks = select("nerf_director", problem, 9)
@@ -157,12 +146,8 @@ def test_nerf_director_against_a_plain_loop(problem):
 
 
 def test_observations_by_targets_are_not_used(problem):
-    points = problem.capture.points
-    kept = np.isin(points.track_frame, problem.observed)
-    seen = replace(
-        points, track_point=points.track_point[kept], track_frame=points.track_frame[kept]
-    )
-    blind = replace(problem, capture=replace(problem.capture, points=seen))
+    kept = np.isin(problem.capture.points.track_frame, problem.observed)
+    blind = observed_as(problem, kept)
     for name in ("nerf_director", "mvsnet", "mvsnet_location"):
         np.testing.assert_array_equal(select(name, problem, 9), select(name, blind, 9))
 
@@ -172,21 +157,13 @@ def test_missing_points_are_predicted_by_viewing_cones():
     turn = np.diag([-1.0, 1, -1])
     centers = np.array([[0, 0, 0.0], [0.1, 0, 0], [0, 0, 9], [0.1, 0, 9], [0, 0, 0], [0, 0, 0]])
     rotations = np.stack([np.eye(3), np.eye(3), turn, turn, np.eye(3), np.eye(3)])
-    capture = capture_of(centers, rotations)
-    problem = replace(
-        random_problem(6, targets=2),
-        capture=capture,
-        candidates=np.array([0, 1, 2]),
-        proxies=np.array([3]),
-    )
+    problem = problem_of(capture_of(centers, rotations), [3], [0, 1, 2], [4, 5])
     counts = np.empty(4, np.int64)
     shared_points(0, tracks(problem, problem.observed).arrays, counts)
     # every ray passes the middle between the pairs, where all four look
     np.testing.assert_array_equal(counts, [4, 4, 4, 4])
-    away = replace(
-        capture, world_to_camera=capture_of(centers, rotations[[2, 2, 0, 0, 0, 0]]).world_to_camera
-    )
-    shared_points(0, tracks(replace(problem, capture=away), problem.observed).arrays, counts)
+    away = problem_of(capture_of(centers, rotations[[2, 2, 0, 0, 0, 0]]), [3], [0, 1, 2], [4, 5])
+    shared_points(0, tracks(away, problem.observed).arrays, counts)
     # back to back, the closest point of a ray is its own camera: nobody sees across
     assert counts[2] == counts[3] == 0
 

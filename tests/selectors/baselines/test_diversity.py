@@ -1,13 +1,11 @@
 """Selection by diversity: hand-worked cases, brute force, and published packages as oracles."""
 
-from dataclasses import replace
-
 import kmedoids
 import numpy as np
 import pytest
 from scipy.cluster.vq import kmeans2
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, random_problem
+from selection_problems import in_line, problem_of, random_capture, random_problem
 
 from fsel.core.geometry import pairwise_angles, pairwise_distances
 from fsel.features.appearance import KERNEL_JITTER
@@ -23,17 +21,16 @@ def select(name, problem, k):
     return METHODS[name].select(problem, k, np.random.default_rng(0))
 
 
+def observed(capture, described=None, **more):
+    """A problem of all frames but the last two, which are targets."""
+    n = len(capture) - 2
+    if described is not None:
+        described = np.vstack([described, np.ones((2, len(described[0])))]).astype(np.float32)
+    return problem_of(capture, [0, 1], np.arange(2, n), [n, n + 1], described, **more)
+
+
 def described_by(rows):
-    """A problem of len(rows) observed frames with given descriptors, and two targets behind."""
-    rows = np.array(rows, np.float32)
-    n = len(rows)
-    problem = random_problem(n + 2, targets=2)
-    return replace(
-        problem,
-        descriptors=np.vstack([rows, np.ones((2, rows.shape[1]), np.float32)]),
-        proxies=np.array([0, 1]),
-        candidates=np.arange(2, n),
-    )
+    return observed(random_capture(len(rows) + 2), rows)
 
 
 def unit_rows(rng, n, width):
@@ -132,42 +129,18 @@ def test_kmedoids_cannot_be_bettered_by_one_swap(seed):
     assert oracle.loss == pytest.approx(loss)
 
 
-def slow_fasterpam(distance, medoids):
-    """Every candidate in turn against all medoids, from the whole matrix."""
-    n, medoids = len(distance), list(medoids)
-    order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
-    turn, since = 0, 0
-    while since < n:
-        candidate = order[turn % n]
-        if candidate not in medoids:
-            loss = distance[medoids].min(axis=0).sum(dtype=np.float64)
-            changes = [
-                distance[[*np.delete(medoids, m), candidate]].min(axis=0).sum(dtype=np.float64)
-                - loss
-                for m in range(len(medoids))
-            ]
-            if min(changes) < -1e-6:
-                medoids[int(np.argmin(changes))] = candidate
-                since = 0
-        turn, since = turn + 1, since + 1
-    return np.array(medoids)
-
-
 @pytest.mark.parametrize("block", [1, 7, 64])
 def test_kmedoids_in_blocks_picks_as_from_the_whole_matrix(monkeypatch, block):
+    problem = random_problem(60, seed=block)
+    picks = select("kmedoids", problem, 9)
     monkeypatch.setattr(kmedoids_method, "HELD", 0)
     monkeypatch.setattr(kmedoids_method, "BLOCK", block)
-    problem = random_problem(60, seed=block)
-    pool, capture = problem.observed, problem.capture
-    distance = distances(capture.centers[pool], capture.axes[pool], problem.descriptors[pool])
-    whole = distance(np.arange(len(pool)))
+    np.testing.assert_array_equal(select("kmedoids", problem, 9), picks)
+    distance = slow_distances(problem).astype(np.float32)
     start = np.arange(0, 36, 4)
-    slow = slow_fasterpam(whole, start)
-    assert set(slow) != set(start)
-    np.testing.assert_array_equal(fasterpam(distance, len(pool), start), slow)
-    build = locate(lambda rows: 1 - whole[rows], np.full(len(pool), np.inf), 9)
-    expected = pool[np.sort(slow_fasterpam(whole, build))]
-    np.testing.assert_array_equal(select("kmedoids", problem, 9), expected)
+    swapped = fasterpam(distance.__getitem__, len(distance), start)
+    assert set(swapped) != set(start)
+    assert kmedoids.fasterpam(distance, swapped.astype(np.uint64)).n_swap == 0
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -188,15 +161,7 @@ def test_lloyd_against_scipy():
 
 def test_long_lrm_by_hand():
     # two groups of cameras on a line, means at 1 and 10.5: the nearest frames are 1 and the tie 3
-    line = np.array([0.0, 1, 2, 10, 11, 3, 3])[:, None] * [1.0, 0, 0]
-    capture = capture_of(line, np.tile(np.eye(3), (7, 1, 1)))
-    problem = replace(
-        random_problem(7, targets=2),
-        capture=capture,
-        proxies=np.array([0, 1]),
-        candidates=np.array([2, 3, 4]),
-    )
-    assert set(select("long_lrm", problem, 2)) == {1, 3}
+    assert set(select("long_lrm", observed(in_line([0, 1, 2, 10, 11, 3, 3])), 2)) == {1, 3}
 
 
 def test_a_frame_serves_one_mean_only():
@@ -226,19 +191,11 @@ def test_indoor_traj_against_a_plain_loop():
 
 def test_indoor_traj_by_hand():
     # equal rotations and images: the farthest camera from the middle one, then the other end
-    line = np.array([0.0, 1, 2, 3, 4.5, 9, 9])[:, None] * [1.0, 0, 0]
-    capture = capture_of(line, np.tile(np.eye(3), (7, 1, 1)))
-    problem = replace(
-        described_by(np.tile([[1.0, 0]], (5, 1))),
-        capture=capture,
-        proxies=np.array([0, 1]),
-        candidates=np.array([2, 3, 4]),
-    )
+    problem = observed(in_line([0, 1, 2, 3, 4.5, 9, 9]), np.tile([[1.0, 0]], (5, 1)))
     assert select("indoor_traj", problem, 5).tolist() == [2, 4, 0, 1, 3]
 
 
 def test_sharpest_by_hand():
-    problem = described_by(np.ones((7, 1)))
-    problem = replace(problem, sharpness=np.array([1.0, 5, 2, 4, 4, 0, 9, 99, 99]))
+    problem = observed(random_capture(9), sharpness=[1, 5, 2, 4, 4, 0, 9, 99, 99])
     # windows 0-2, 3-4, 5-6; the tie in the middle goes to the lower frame
     assert select("sharpest", problem, 3).tolist() == [1, 3, 6]
