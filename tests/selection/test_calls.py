@@ -118,7 +118,8 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
         ((3, 5), r"capture is 3 \(int\); expected a folder, a video, a Capture"),
         (("ring", 2.5), r"k is 2\.5 \(float\); expected a whole number, 'auto' or fsel\.Auto"),
         (("ring", True), r"k is True \(bool\); expected"),
-        (("ring", None, None), "neither a number of frames nor a cover"),
+        (("ring", "many"), "k is 'many'; allowed: a number of frames, or 'auto'"),
+        (("ring", "auto", None, "kmedoids"), "method is 'kmedoids'.*allowed: fsel, .*Hint"),
         (("ring", 5, 7), r"targets is 7 \(int\); expected names or numbers of the 24 frames"),
         (("ring", 5, [0.5]), r"targets is \[0\.5\] \(list\); expected names or numbers"),
         (("ring", 5, np.zeros((2, 2, 2))), r"targets are an array of \(2, 2, 2\) float64"),
@@ -190,8 +191,4 @@ def test_what_is_printed_is_short(capture):
     assert repr(capture).startswith("Capture(24 frames of 64x48, 1 sequence, 80 points; colmap at")
     assert repr(capture.views) == "Views(24 poses, 64x48)"
     assert repr(fsel.LAYOUTS).startswith("<11 layouts: scannetpp_dslr, ")
-
-
-def test_the_package_shows_its_public_names_and_version():
     assert dir(fsel) == sorted([*fsel.__all__, "__version__"])
-    assert fsel.__version__.count(".") == 2

@@ -12,14 +12,18 @@ from fsel.selection.targets import targets_of
 TURNED = np.eye(4).tolist()
 
 
+def stored(pose):
+    """A world-to-camera pose as OpenGL files have it."""
+    return np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+
+
 def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
     poses = ring(5)
     rotation = cv2.Rodrigues(np.array([0.3, -0.2, 0.9]))[0]
     transform = np.vstack([np.column_stack([rotation, [1.0, 2, 3]]), [0, 0, 0, 1]])
     stated = []
     for pose in poses:
-        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
-        moved = transform @ matrix
+        moved = transform @ stored(pose)
         moved[:3, 3] *= 0.25
         stated.append({"camera_to_world": moved.ravel().tolist()})
     (tmp_path / "path.json").write_text(json.dumps({"camera_path": stated}))
@@ -31,11 +35,8 @@ def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
 
 def test_the_applied_transform_of_a_transforms_file_is_undone(circle, tmp_path):
     applied = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
-    frames = []
-    for pose in ring(5):
-        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
-        full = np.vstack([applied, [0, 0, 0, 1]]) @ matrix
-        frames.append({"transform_matrix": full.tolist()})
+    full = np.vstack([applied, [0, 0, 0, 1]])
+    frames = [{"transform_matrix": (full @ stored(pose)).tolist()} for pose in ring(5)]
     content = {"applied_transform": applied.tolist(), "frames": frames}
     (tmp_path / "p.json").write_text(json.dumps(content))
     views = targets_of(circle, tmp_path / "p.json").views

@@ -55,7 +55,6 @@ def train(
     seed: int,
     epochs: int,
     learning_rate: float,
-    dtype: torch.dtype = torch.float32,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
 
@@ -65,15 +64,14 @@ def train(
         seed: of the initialisation and the order of presentation.
         epochs: passes over the trajectories.
         learning_rate: Adam's, fixed.
-        dtype: of the network's arithmetic.
 
     Returns:
         Float32 arrays as `fsel.selectors.scorer.SHAPES`, and a log with one row an epoch (0: before
         the first update) and set: epoch, split, loss, agreement, of `train` as met in the pass.
     """
     torch.manual_seed(seed)
-    network = perceptron(WIDTH).to(dtype)
-    data, held_out = _tensors(trajectories, dtype), _tensors(validation, dtype)
+    network = perceptron(WIDTH)
+    data, held_out = _tensors(trajectories), _tensors(validation)
     log = []
     steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
     for epoch, met in steps:
@@ -151,14 +149,9 @@ def imitation(
     return torch.nn.functional.cross_entropy(logits, picks), agreement
 
 
-def _tensors(trajectories: Sequence[Trajectory], dtype: torch.dtype) -> list[tuple]:
+def _tensors(trajectories: Sequence[Trajectory]) -> list[tuple]:
     return [
-        (
-            torch.from_numpy(t.features).to(dtype),
-            torch.from_numpy(t.selectable),
-            torch.from_numpy(t.picks),
-            t.weight,
-        )
+        (*map(torch.from_numpy, (t.features, t.selectable, t.picks)), t.weight)
         for t in trajectories
     ]
 
@@ -168,5 +161,5 @@ def _cost(network, features, selectable, picks) -> tuple[torch.Tensor, torch.Ten
 
 
 def _weights(network: torch.nn.Sequential) -> dict[str, np.ndarray]:
-    values = [value.detach().to(torch.float32).numpy().copy() for value in network.parameters()]
+    values = [value.detach().numpy().copy() for value in network.parameters()]
     return dict(zip(SHAPES, values, strict=True))

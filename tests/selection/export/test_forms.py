@@ -28,6 +28,14 @@ def model_of(folder):
     return pycolmap.Reconstruction(str(folder / "sparse" / "0"))
 
 
+def check_points(model, atol=1e-6):
+    """A model's points lie where its cameras see them."""
+    for image in model.images.values():
+        for seen in image.get_observation_points2D():
+            local = image.cam_from_world() * model.points3D[seen.point3D_id].xyz
+            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=atol)
+
+
 def test_test_frames_come_with_the_points_that_the_picks_see(capture, tmp_path):
     out = tmp_path / "out"
     assert select(capture, "-k", 5, "--targets", "every:4", "-o", out) == 0
@@ -79,11 +87,8 @@ def test_images_and_cameras_are_reduced_together(tmp_path):
     ]
     assert content["k1"] == -0.05
     assert all(image_files.load(path).shape == (24, 32, 3) for path in (out / "images").iterdir())
-    model = model_of(out)  # its points lie where its reduced cameras see them
-    for image in model.images.values():
-        for seen in image.get_observation_points2D():
-            local = image.cam_from_world() * model.points3D[seen.point3D_id].xyz
-            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-6)
+    check_points(model_of(out))
+    assert not (out / "scene.json").exists()  # Long-LRM knows no distortion
 
 
 def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys):
@@ -129,12 +134,6 @@ def test_long_lrm_is_told_its_scene(capture, tmp_path):
         assert (out / frame["file_path"]).is_file()
 
 
-def test_long_lrm_is_not_told_of_distortion(tmp_path):
-    write_ring(tmp_path / "capture", model="OPENCV")
-    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
-    assert not (tmp_path / "out" / "scene.json").exists()
-
-
 @pytest.mark.parametrize("reduced", [False, True])
 def test_without_distortion_images_cameras_and_points_agree(reduced, tmp_path):
     """The images are those that the library's reader makes of the distorted ones."""
@@ -160,10 +159,7 @@ def test_without_distortion_images_cameras_and_points_agree(reduced, tmp_path):
     model = model_of(out)
     assert {camera.model_name for camera in model.cameras.values()} == {"PINHOLE"}
     assert sum(point.track.length() for point in model.points3D.values()) > 50
-    for image in model.images.values():
-        for seen in image.get_observation_points2D():
-            local = image.cam_from_world() * model.points3D[seen.point3D_id].xyz
-            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-4)
+    check_points(model, atol=1e-4)
 
 
 def test_cameras_that_no_trainer_states_are_written_without_distortion(tmp_path, capsys):
@@ -200,10 +196,7 @@ def test_the_world_is_turned_upright_alike_in_every_form(capture, tmp_path):
     frames = json.loads((tmp_path / "auto" / "transforms.json").read_text())["frames"]
     ups = np.array([frame["transform_matrix"] for frame in frames])[:, :3, 1]  # OpenGL: y is up
     assert (ups[:, 2] > 0.9).all()
-    for image in after.images.values():
-        for seen in image.get_observation_points2D():
-            local = image.cam_from_world() * after.points3D[seen.point3D_id].xyz
-            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-6)
+    check_points(after)
 
 
 def test_points_keep_their_errors_in_pixels_of_the_images_that_are_written(capture, tmp_path):
