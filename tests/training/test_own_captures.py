@@ -18,4 +18,4 @@ def test_the_example_of_the_docs_plans_labels_and_training(tmp_path):
     done = dry_run(tmp_path, config, "results/mine/selector/seed0.safetensors")
     assert done.returncode == 0, done.stdout + done.stderr
     jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M))
-    assert (jobs["ingest"], jobs["label"], jobs["order"], jobs["train"]) == ("3", "3", "1", "1")
+    assert (jobs["ingest"], jobs["label"], jobs["order"], jobs["train"]) == ("3", "15", "1", "1")
