@@ -78,16 +78,13 @@ def _in_words(error: Exception, args: Namespace) -> str:
 class Interruption:
     """Ctrl-C and the signal TERM, handled within the block.
 
-    Attributes:
-        number: of the signal; 0 while there is none.
-        working: whether there is anything to clear up. Before, while libraries are imported, a
-            signal ends the process at once: raised amid an import, it would come out as another
-            error or be lost in C++.
+    While libraries are imported, before there is anything to clear up, a signal ends the process at
+    once: raised amid an import, it would come out as another error or be lost in C++.
     """
 
     def __init__(self) -> None:
-        self.number = 0
-        self.working = False
+        self.number = 0  # of the signal
+        self.working = False  # whether there is anything to clear up
 
     def __enter__(self) -> Interruption:
         signals = (signal.SIGINT, signal.SIGTERM)

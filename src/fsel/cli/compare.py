@@ -35,7 +35,6 @@ PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out
 QUALITY = 92  # of the page's JPEGs
 SEEN = 3  # picks that serve a sparse point
 SERVED = ("served", "served_by_every_nth")  # keys of compare.json
-HEADING = "  served   n-th"
 NOTE = (
     f"served: of the sparse points that {SEEN} frames or more see, those that {SEEN} picks or more "
     "see; n-th: as many frames evenly spaced."
@@ -150,11 +149,7 @@ def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]
 def _scores(
     args: argparse.Namespace, evaluator: Evaluator, picks: Picks, console: Console
 ) -> dict[Cell, np.ndarray]:
-    """Return (T, M) metrics of the held-out frames for each k and method, averaged over seeds.
-
-    Raises:
-        Unfinished: when a reconstruction does not finish.
-    """
+    """Return (T, M) metrics of the held-out frames for each k and method, averaged over seeds."""
     scores: dict[Cell, list[np.ndarray]] = {(k, name): [] for k in args.k for name in args.methods}
     runs = [(cell, chosen) for cell in scores for chosen in picks[cell]]
     for cell, chosen in console.bar("reconstructing")(runs, len(runs)):
@@ -228,7 +223,7 @@ def _table(compared: Compared, rows: list[dict]) -> str:
     known = SERVED[0] in rows[0]
     ahead = "" if len(compared.methods) == 1 else f"  {first} ahead, dB"
     head = f"{'k':>4}  {'method':{wide}}  {heading(compared.metrics)}"
-    lines = [f"{head}{HEADING if known else ''}{ahead}"]
+    lines = [f"{head}{'  served   n-th' if known else ''}{ahead}"]
     for row, (cell, budgets) in zip(rows, compared.rows.items(), strict=True):
         shares = "".join(f"  {row[name]:6.1%}" for name in SERVED if known)
         line = f"{cell[0]:4d}  {cell[1]:{wide}}  {columns(row, compared.metrics)}{shares}"

@@ -18,15 +18,10 @@ EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows
 
 @dataclass(frozen=True)
 class Console(Reporter):
-    """Lines for a person, or one JSON object for a script.
+    """Lines for a person, or one JSON object for a script."""
 
-    Attributes:
-        quiet: print nothing but errors.
-        as_json: print the result as JSON and no other line.
-    """
-
-    quiet: bool
-    as_json: bool
+    quiet: bool  # print nothing but errors
+    as_json: bool  # print the result as JSON and no other line
 
     def say(self, label: str, text: str) -> None:
         """Print a line on standard output."""

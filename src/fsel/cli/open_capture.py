@@ -53,11 +53,7 @@ def reasons(dropped: dict[str, str]) -> str:
 
 
 def record_of(folder: Path) -> dict:
-    """Read the record in a folder; empty where there is none.
-
-    Raises:
-        ValueError: for a file that is no record.
-    """
+    """Read the record in a folder, empty where there is none; ValueError for another file."""
     file = folder / RECORD
     if not file.is_file():
         return {}

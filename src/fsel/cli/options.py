@@ -102,8 +102,8 @@ def capture_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 def add_captures(command: argparse.ArgumentParser) -> None:
     """Add what is read: a capture, or several parts whose poses are found together."""
     command.add_argument("capture", type=Path, help="folder of the capture, of photos, or a video")
-    more = "more videos and folders of photos of the same scene"
-    command.add_argument("beside", type=Path, nargs="*", help=more)
+    text = "more videos and folders of photos of the same scene"
+    command.add_argument("beside", type=Path, nargs="*", help=text)
 
 
 def add_opening(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
@@ -117,11 +117,8 @@ def add_opening(command: argparse._ActionsContainer, most_frames: bool = True) -
     )
     add_features(command)
     add_video(command, most_frames)
-    command.add_argument(
-        "--layout",
-        default=OPENING["layout"],
-        help="how the folder is laid out; recognised by default",
-    )
+    text = "how the folder is laid out; recognised by default"
+    command.add_argument("--layout", default=OPENING["layout"], help=text)
     command.add_argument(
         "--max-error",
         type=positive,
@@ -142,19 +139,13 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
     """Add options of how a video is thinned."""
     thinned = command.add_mutually_exclusive_group()
     if most_frames:
-        thinned.add_argument(
-            "--video-frames",
-            type=whole(3, 100_000),
-            metavar="N",
-            help="of a video: the sharpest frame of each of N equal stretches",
-        )
-    thinned.add_argument(
-        "--rate",
-        type=positive,
-        metavar="FPS",
-        help="of a video: frames a second that are taken; 4 by default, and 100 to 300 in all "
-        "(three for each frame to pick, where that is more)",
+        text = "of a video: the sharpest frame of each of N equal stretches"
+        thinned.add_argument("--video-frames", type=whole(3, 100_000), metavar="N", help=text)
+    text = (
+        "of a video: frames a second that are taken; 4 by default, and 100 to 300 in all "
+        "(three for each frame to pick, where that is more)"
     )
+    thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
 
 
 def add_skipping(command: argparse._ActionsContainer) -> None:
@@ -171,31 +162,29 @@ def add_output(command: argparse.ArgumentParser, text: str):
 
 
 def add_checking(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--check-poses",
-        action="store_true",
-        help="match every frame with two beside it, to find misplaced ones of a capture without "
-        "points; some tenths of a second a frame",
+    text = (
+        "match every frame with two beside it, to find misplaced ones of a capture without "
+        "points; some tenths of a second a frame"
     )
+    command.add_argument("--check-poses", action="store_true", help=text)
 
 
 def add_keeping(command: argparse._ActionsContainer) -> None:
-    command.add_argument(
-        "--keep-bad",
-        action="store_true",
-        help="do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
-        "them be picked",
+    text = (
+        "do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
+        "them be picked"
     )
+    command.add_argument("--keep-bad", action="store_true", help=text)
 
 
 def add_object(command: argparse._ActionsContainer, what: str) -> None:
     """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
-    masks = f"folder of object masks, named like the frames: {what}"
-    thing.add_argument("--masks", type=Path, metavar="DIR", help=masks)
+    text = f"folder of object masks, named like the frames: {what}"
+    thing.add_argument("--masks", type=Path, metavar="DIR", help=text)
     corners = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
-    box = "the same for a box in world units"
-    thing.add_argument("--box", type=float, nargs=6, metavar=corners, help=box)
+    text = "the same for a box in world units"
+    thing.add_argument("--box", type=float, nargs=6, metavar=corners, help=text)
 
 
 def add_size(command: argparse.ArgumentParser, default: int | None, usual: str = "") -> None:

@@ -73,13 +73,11 @@ def _add_poses(commands) -> None:
     add_captures(command)
     found = command.add_mutually_exclusive_group()
     add_features(found)
-    found.add_argument(
-        "--by",
-        metavar="COMMAND",
-        action="append",
-        help="program that finds the poses in the place of COLMAP's own mapper, in one argument, "
-        "such as '{python} {recipes}/glomap.py {folder}'; several are run one after the other",
+    text = (
+        "program that finds the poses in the place of COLMAP's own mapper, in one argument, "
+        "such as '{python} {recipes}/glomap.py {folder}'; several are run one after the other"
     )
+    found.add_argument("--by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)
     add_output(command, "folder to write")
@@ -91,19 +89,13 @@ def _add_compare(commands) -> None:
     command.add_argument(
         "-k", type=numbers, default=[10, 20, 30], help="numbers of frames, 10,20,30 by default"
     )
-    command.add_argument(
-        "--methods",
-        type=words,
-        default=["fsel", "uniform", "fvs"],
-        help="names, fsel,uniform,fvs by default",
+    text = "names, fsel,uniform,fvs by default"
+    command.add_argument("--methods", type=words, default=["fsel", "uniform", "fvs"], help=text)
+    text = (
+        "the frames that are held out and compared with: every:N (every N-th; every:8 by "
+        "default), or names.txt (one a line)"
     )
-    command.add_argument(
-        "--targets",
-        metavar="WHAT",
-        default="every:8",
-        help="the frames that are held out and compared with: every:N (every N-th; every:8 by "
-        "default), or names.txt (one a line)",
-    )
+    command.add_argument("--targets", metavar="WHAT", default="every:8", help=text)
     add_keeping(command)
     add_checking(command)
     add_object(command, "frames that see the object, compared inside of their masks")
@@ -117,17 +109,13 @@ def _add_compare(commands) -> None:
 def _add_reconstruct(commands) -> None:
     text = "Write a model of some frames as a 3DGS .ply."
     command = capture_command(commands, "reconstruct", text)
-    command.add_argument(
-        "--frames",
-        type=Path,
-        help="file with a frame name a line, as frames.txt; all by default: a folder that `fsel "
-        "select` wrote holds its picks",
+    text = (
+        "file with a frame name a line, as frames.txt; all by default: a folder that `fsel "
+        "select` wrote holds its picks"
     )
-    command.add_argument(
-        "--quality",
-        choices=("draft", "good", "best"),
-        help="by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts",
-    )
+    command.add_argument("--frames", type=Path, help=text)
+    text = "by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts"
+    command.add_argument("--quality", choices=("draft", "good", "best"), help=text)
     _add_reconstructor(command)
     add_size(command, None, "96")
     add_output(command, "file to write")
@@ -138,31 +126,29 @@ def _add_render(commands) -> None:
     text = "Render a 3DGS .ply: compared with the frames of a capture, or as a video."
     command = bare_command(commands, "render", text)
     command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
-    capture = "folder of the capture, in its world frame"
-    command.add_argument("--capture", type=Path, required=True, help=capture)
+    text = "folder of the capture, in its world frame"
+    command.add_argument("--capture", type=Path, required=True, help=text)
     add_opening(command)
-    command.add_argument(
-        "--targets",
-        metavar="WHAT",
-        required=True,
-        help="the views: every:N or names.txt (frames, which are compared), path.json, orbit or "
-        "trajectory (which have no truth to compare with)",
+    text = (
+        "the views: every:N or names.txt (frames, which are compared), path.json, orbit or "
+        "trajectory (which have no truth to compare with)"
     )
+    command.add_argument("--targets", metavar="WHAT", required=True, help=text)
     _add_metrics(command)
     add_size(command, None, "384 (of a video 1280)")
-    video = "a flight along the views instead, or between the frames: .mp4 to write"
+    text = "a flight along the views instead, or between the frames: .mp4 to write"
     place = add_output(command, "folder to write")
-    place.add_argument("--video", type=Path, metavar="FILE", help=video)
-    seconds = "of the video, 5 by default; 30 frames each"
-    command.add_argument("--seconds", type=positive, default=5.0, help=seconds)
+    place.add_argument("--video", type=Path, metavar="FILE", help=text)
+    text = "of the video, 5 by default; 30 frames each"
+    command.add_argument("--seconds", type=positive, default=5.0, help=text)
     command.set_defaults(beside=[])
 
 
 def _add_view(commands) -> None:
     text = "Write a page that shows a 3DGS .ply, or a capture's points, with cameras and photos."
     command = bare_command(commands, "view", text)
-    source = "a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them"
-    command.add_argument("source", type=Path, nargs="+", help=source)
+    text = "a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them"
+    command.add_argument("source", type=Path, nargs="+", help=text)
     add_opening(command)
     add_size(command, default=480)
     place = add_output(command, "page to write, .html")

@@ -76,11 +76,7 @@ def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
 
 
 def _quality_of(args: argparse.Namespace) -> Quality | None:
-    """Return the quality of --quality, and set the reconstructor and the size that belong to it.
-
-    Raises:
-        ValueError: for options that it stands for.
-    """
+    """Return the quality of --quality, and set the reconstructor and the size that belong to it."""
     quality = None if args.quality is None else QUALITIES[args.quality]
     if quality is not None:
         stated = {"--steps": args.steps, "--long-side": args.long_side}

@@ -19,11 +19,7 @@ CONFIGURED = ("external",)  # that nothing but a configuration can describe
 
 
 def checked(args: argparse.Namespace, **settings: int) -> dict[str, int]:
-    """Return the settings of `--reconstructor`: those given, and `--steps`.
-
-    Raises:
-        ValueError: for a reconstructor that is unknown, cannot work here, or takes no `--steps`.
-    """
+    """Return the settings given, and `--steps`, once `--reconstructor` is known to take them."""
     offered = [name for name in RECONSTRUCTORS if name not in CONFIGURED]
     if args.reconstructor not in offered:
         raise unknown("reconstructor", args.reconstructor, offered)

@@ -14,18 +14,13 @@ WIDTH = 6  # letters of a column
 
 
 def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
-    """Return the metrics that a command line asks for, once each is known to work.
+    """Return the metrics that a command line asks for, `fsel.metrics.checked`.
 
     LPIPS's published weights are fetched where they are not yet, into the user's cache.
-
-    Raises:
-        ValueError, FileNotFoundError, ImportError: see `fsel.metrics.checked`; or for metrics
-            without `psnr`, which tables rank by.
-        OSError: when the weights cannot be fetched.
     """
     named = tuple(args.metrics or METRICS)
     if "psnr" not in named:
-        raise ValueError(f"--metrics are {','.join(named)}; psnr is among them")
+        raise ValueError(f"--metrics are {','.join(named)}; psnr, which tables rank by, is one")
     if "lpips" in named and published.found(NET) is None:
         weights = cache() / published.file_of(NET)
         console.say("lpips", f"fetching the weights of {NET}, once, to {weights}")

@@ -53,11 +53,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
 
 
 def sources_of(given: list[Path]) -> Sources:
-    """Sort the given paths: a model, a selection (which names its capture), or a capture.
-
-    Raises:
-        ValueError: for a path that is none of these, or two of a kind.
-    """
+    """Sort the given paths: a model, a selection (which names its capture), a capture; one each."""
     found: Sources = {}
     for path in given:
         if not path.exists():

@@ -37,9 +37,8 @@ class Problem:
         proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
             paper its baselines may.
         features: (P, 14) float64 static features of the candidates against the proxies, columns as
-            `fsel.features.columns.STATIC`, where they are known; None where a method that reads
-            them computes them. They are of the other attributes: what replaces one of those
-            replaces them.
+            `fsel.features.columns.STATIC`; None where a method that reads them computes them. What
+            replaces one of the other attributes replaces them.
     """
 
     capture: Capture

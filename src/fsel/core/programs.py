@@ -97,11 +97,7 @@ class Program(ABC):
         return [*self.prefix, *(self._filled(word, folder) for word in words)]
 
     def run(self, words: tuple[str, ...], folder: Path) -> None:
-        """Run one of the commands in a folder to its end; its output goes to log.txt.
-
-        Raises:
-            Unfinished: when it fails; the end of its log is in the message.
-        """
+        """Run one of the commands in a folder to its end; see `run`."""
         run(self.command(words, folder), folder, environment(self.venv), self.timeout)
 
     def missing(self) -> list[Exception]:

@@ -80,11 +80,7 @@ def page(shown: ReportContent) -> str:
 
 
 def with_view(text: str, view: str) -> str:
-    """Return a report with a `fsel.pages.viewer.component` in the place of its drawing.
-
-    Raises:
-        ValueError: for what is no report, or one that another version wrote.
-    """
+    """Return a report with a `fsel.pages.viewer.component` in the place of its drawing."""
     before, found, rest = text.partition(WORLD)
     _, end, after = rest.partition(END)
     if not (found and end) or WORLD in after:

@@ -13,13 +13,7 @@ RADIO = '<label><input type="radio" name="{name}" value="{value}"{checked}> {tex
 
 
 def document(title: str, sources: Iterable[str], body: Iterable[str]) -> str:
-    """Return a page that needs no other file.
-
-    Args:
-        title: in plain text.
-        sources: names of this room's .css and .js files, which are put into it in this order.
-        body: HTML.
-    """
+    """Return a page that needs no other file: HTML with this room's .css and .js `sources`."""
     texts = {name: (ROOM / name).read_text(encoding="utf-8") for name in ("base.css", *sources)}
     styles = "".join(text for name, text in texts.items() if name.endswith(".css"))
     scripts = [f"<script>{text}</script>" for name, text in texts.items() if name.endswith(".js")]

@@ -39,21 +39,13 @@ DOWN = np.array([0.0, 1.0, 0.0])  # of the world, where no camera tells: as COLM
 
 @dataclass(frozen=True)
 class ViewerCamera:
-    """A camera as the page shows it.
+    """A camera as the page shows it."""
 
-    Attributes:
-        name: of its frame.
-        state: a key of `STATES`.
-        note: what a person should know of it.
-        picture: JPEG of its frame as its camera sees it, or None.
-        order: of a pick, from 1.
-    """
-
-    name: str
-    state: str
-    note: str = ""
-    picture: bytes | None = None
-    order: int | None = None
+    name: str  # of its frame
+    state: str  # a key of `STATES`
+    note: str = ""  # what a person should know of it
+    picture: bytes | None = None  # JPEG of its frame as its camera sees it
+    order: int | None = None  # of a pick, from 1
 
 
 def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:

@@ -24,11 +24,7 @@ SECONDS = 600
 
 
 def script() -> str:
-    """Return the bundle, with its packages' licences at its head.
-
-    Raises:
-        ValueError: when there is no bundle yet and it cannot be made: without npm, or offline.
-    """
+    """Return the bundle, its packages' licences at its head; ValueError without npm, or offline."""
     mark = _mark()
     kept = cache() / f"viewer-{mark}.js"
     for place in (SHIPPED, kept):
