@@ -10,9 +10,7 @@ from small_captures import write_ring
 from fsel.core.registry import Registry
 
 PARTS = '''
-import json
 import numpy as np
-from pathlib import Path
 from types import SimpleNamespace
 
 from fsel.captures.colmap.camera import Camera
@@ -57,9 +55,11 @@ mae = own_parts:MAE
 [fsel.reconstructors]
 grey = own_parts:Grey
 """
+UNIFORM = "fsel.selectors.baselines.uniform:METHOD"
 CALLS = """
 import fsel
 from fsel.captures.read import recognise
+from fsel.cli import main
 
 assert recognise("ring") == ["marked", "colmap"], recognise("ring")
 capture = fsel.read_capture("ring", long_side=64)
@@ -70,6 +70,8 @@ model = fsel.fit(capture, chosen.indices, "grey")
 scores = fsel.evaluate(capture, model, [0, 6], ["psnr", "mae"])
 truth = capture.images[[0, 6]] / 255
 assert abs(scores["mae"] - abs(truth - 0.5).mean(axis=(1, 2, 3))).max() < 1e-6
+line = "compare ring -k 4 --methods first,fsel --metrics psnr,mae --reconstructor grey -o out"
+assert main(line.split()) == 0
 """
 
 
@@ -82,34 +84,18 @@ def install(folder, points=POINTS):
     (info / "entry_points.txt").write_text(points)
 
 
-@pytest.fixture
-def python(tmp_path):
-    """Run this Python beside a capture, the package being installed."""
+def test_calls_and_commands_know_the_parts_of_another_package(tmp_path):
     write_ring(tmp_path / "ring")
     (tmp_path / "ring" / "marked").touch()
     install(tmp_path)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-
-    def run(*arguments):
-        return subprocess.run(
-            [sys.executable, *arguments],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-        )
-
-    return run
-
-
-def test_python_calls_know_the_parts_of_another_package(python):
-    done = python("-c", CALLS)
-    assert done.returncode == 0, done.stderr
-
-
-def test_the_command_knows_the_parts_of_another_package(python, tmp_path):
-    line = "compare ring -k 4 --methods first,fsel --metrics psnr,mae --reconstructor grey -o out"
-    done = python("-m", "fsel", *line.split())
+    done = subprocess.run(
+        [sys.executable, "-c", CALLS],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
     assert "MAE" in (tmp_path / "out" / "compare.txt").read_text()
     assert "24 frames, marked" in done.stdout
@@ -127,15 +113,11 @@ def test_the_command_knows_the_parts_of_another_package(python, tmp_path):
 def test_parts_that_cannot_be_registered_are_named(points, said, tmp_path, monkeypatch):
     install(tmp_path, f"[own.methods]\n{points}\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry = Registry(
-        "method", {"uniform": "fsel.selectors.baselines.uniform:METHOD"}, group="own.methods"
-    )
+    registry = Registry("method", {"uniform": UNIFORM}, group="own.methods")
     with pytest.raises((ValueError, ImportError), match=said):
         registry.checked("last")
 
 
 def test_own_entries_may_call_themselves_otherwise():
-    registry = Registry(
-        "part", {"first": "fsel.selectors.baselines.uniform:METHOD"}, group="no.group"
-    )
+    registry = Registry("part", {"first": UNIFORM}, group="no.group")
     assert registry["first"].name == "uniform"

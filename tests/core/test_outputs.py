@@ -89,13 +89,12 @@ def test_force_never_replaces_the_folders_a_person_is_in(tmp_path, monkeypatch):
 
 def test_what_dead_processes_left_is_cleared(tmp_path):
     out, dead = tmp_path / "out", 999_999_999
-    (tmp_path / f".{host()}.{dead}.out").mkdir()
-    (tmp_path / ".out.old").mkdir()
+    for name in (f".{host()}.{dead}.out", ".out.old", "out"):
+        (tmp_path / name).mkdir()
     unfinished(out).mkdir()  # by a process that had this one's number
     kept = {f".elsewhere.{dead}.out", f".{host()}.1.out", f".{host()}.{dead}.out2"}
     for name in kept:
         (tmp_path / name).mkdir()
-    out.mkdir()
     folder(out)
     assert names(tmp_path) == {"out"} | kept
 
