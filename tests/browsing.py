@@ -43,13 +43,6 @@ def command(folder, *arguments):
     ]
 
 
-def photographed(url, size, target, folder):
-    """Write a picture of a page in a window of (width, height) pixels."""
-    options = ["--disable-gpu", "--virtual-time-budget=5000", f"--window-size={size[0]},{size[1]}"]
-    shot = command(folder, *options, f"--screenshot={target}", url)
-    subprocess.run(shot, capture_output=True, timeout=SECONDS)
-
-
 def acted(page, size, script, folder, served=None):
     """What a script gives in a page that draws by software WebGL: see `_given`."""
     return _given(page, size, script, folder, DRAWING, served)[0]

@@ -6,10 +6,9 @@ import shlex
 from dataclasses import replace
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
-from browsing import acted, decoded, looked_at, needs_a_browser, photographed, pictures
+from browsing import acted, decoded, looked_at, needs_a_browser, pictures
 from selection_problems import capture_of
 from small_captures import film, record_of, select, write_ring
 
@@ -190,15 +189,6 @@ def test_the_command_of_the_page_does_as_it_says(out, tmp_path):
 @needs_a_browser
 def test_a_click_on_a_camera_shows_its_frame(out, tmp_path):
     assert looked_at(out / "report.html", 1280, CLICKED, tmp_path) > 18  # some hide others
-
-
-@needs_a_browser
-def test_a_screenshot_shows_the_picks(out, tmp_path):
-    target = tmp_path / "page.png"
-    photographed((out / "report.html").as_uri(), (1240, 1600), target, tmp_path)
-    image = cv2.imread(str(target)).astype(int)
-    orange = (np.abs(image - [0, 94, 213]).max(axis=2) < 8).sum()
-    assert orange > 7 * 300  # seven discs, seven frames with edges and orders
 
 
 def test_the_page_names_no_other_file(out):

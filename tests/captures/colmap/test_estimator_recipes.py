@@ -1,11 +1,12 @@
-"""Recipes that find poses: GLOMAP itself, and stand-ins for what the others call."""
+"""Recipes that find poses: GLOMAP itself, and what becomes of the cameras that MASt3R finds."""
 
+import runpy
 import sys
 from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
+import pycolmap
 from small_captures import ring
 
 from fsel.captures.colmap.estimator import Estimator
@@ -15,56 +16,6 @@ from fsel.captures.poses import sfm
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-# MASt3R's modules, by path: cameras of a ring, as they are in images made smaller and cut
-MAST3R = {
-    "mast3r/utils/path_to_dust3r.py": "",
-    "mast3r/model.py": """
-class AsymmetricMASt3R:
-    @classmethod
-    def from_pretrained(cls, weights):
-        assert weights == "mine.pth"
-        return cls()
-    def to(self, device):
-        return self
-""",
-    "dust3r/utils/image.py": """
-import numpy as np
-def load_images(files, size):
-    assert size == 512 and files == sorted(files)
-    return [{"true_shape": np.int32([[256, 512]])} for file in files]
-""",
-    "dust3r/image_pairs.py": """
-def make_pairs(images, scene_graph, prefilter, symmetrize):
-    assert (scene_graph, prefilter, symmetrize) == ("swin-3", None, True)
-    return "pairs"
-""",
-    "mast3r/cloud_opt/sparse_ga.py": """
-from types import SimpleNamespace
-import numpy as np, torch
-def sparse_global_alignment(files, pairs, cache, model, device):
-    assert pairs == "pairs"
-    poses = np.concatenate([np.load("../ring.npy"), np.tile([[[0, 0, 0, 1.0]]], (6, 1, 1))], axis=1)
-    world = torch.from_numpy(np.linalg.inv(poses))
-    matrix = torch.tensor([[320.0, 0, 255.5], [0, 320, 127.5], [0, 0, 1]])
-    return SimpleNamespace(intrinsics=[matrix] * 6, get_im_poses=lambda: world)
-""",
-}
-
-
-@pytest.fixture
-def photos(tmp_path):
-    """Six grey photos whose long side is made larger, and short one cut, by MASt3R."""
-    folder = tmp_path / "photos"
-    folder.mkdir()
-    for row in range(6):
-        cv2.imwrite(str(folder / f"{row}.png"), np.full((253, 480, 3), 99, np.uint8))
-    return bare.read(folder)
-
-
-def placed(raw, folder, *words, **settings):
-    estimator = Estimator(by=[sys.executable, *words], **settings)
-    return sfm.reconstruct(raw, Work(folder, by=estimator))
-
 
 def test_glomap_places_the_frames_of_textured_planes(tmp_path):
     from test_sfm import aligned_error, poses, render
@@ -73,22 +24,27 @@ def test_glomap_places_the_frames_of_textured_planes(tmp_path):
     for name, image in zip(names, render(poses(8)), strict=True):
         cv2.imwrite(str(tmp_path / name), image[:, :, ::-1])
     raw = bare.of_files(names, [tmp_path / name for name in names])
-    found = placed(raw, tmp_path / "w", "{recipes}/glomap.py", "{folder}", "num_threads=1")
+    glomap = Estimator(by=[sys.executable, "{recipes}/glomap.py", "{folder}", "num_threads=1"])
+    found = sfm.reconstruct(raw, Work(tmp_path / "w", by=glomap))
     assert found.names == names
     assert aligned_error(found.world_to_camera, poses(8)) < 0.05
     assert len(found.points(range(8)).xyz) > 50
 
 
-def test_cameras_of_mast3r_are_of_the_whole_images(photos, tmp_path):
-    np.save(tmp_path / "ring.npy", ring(6))
-    for name, text in MAST3R.items():
-        path = tmp_path / "repository" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    words = ("{recipes}/mast3r_sfm.py", "{folder}", str(tmp_path / "repository"), "mine.pth")
-    found = placed(photos, tmp_path / "w", *words, "swin-3")
-    np.testing.assert_allclose(found.world_to_camera, ring(6), atol=1e-9)
-    # 480x253 became 512x270, of which seven rows above and below were cut
-    assert found.cameras[0].model == "PINHOLE"
-    np.testing.assert_allclose(found.cameras[0].params, [300, 300, 240, 135 * 480 / 512])
-    assert found.points(range(6)) is None
+def test_cameras_of_mast3r_are_of_the_whole_images(tmp_path):
+    """480x253 became 512x270, of which seven rows above and below were cut."""
+    files = [tmp_path / f"{row}.png" for row in range(6)]
+    for file in files:
+        cv2.imwrite(str(file), np.full((253, 480, 3), 99, np.uint8))
+    matrix = np.array([[320.0, 0, 255.5], [0, 320, 127.5], [0, 0, 1]])
+    world = [np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) for pose in ring(6)]
+    recipe = runpy.run_path(str(Estimator.recipes / "mast3r_sfm.py"))
+    recipe["write"](tmp_path, files, [(256, 512)] * 6, [matrix] * 6, world)
+    model = pycolmap.Reconstruction(str(tmp_path))
+    images = sorted(model.images.values(), key=lambda image: image.name)
+    assert [image.name for image in images] == [file.name for file in files]
+    found = [image.cam_from_world().matrix() for image in images]
+    np.testing.assert_allclose(found, ring(6), atol=1e-9)
+    camera = images[0].camera
+    assert (camera.model_name, camera.width, camera.height) == ("PINHOLE", 480, 253)
+    np.testing.assert_allclose(camera.params, [300, 300, 240, 135 * 480 / 512])

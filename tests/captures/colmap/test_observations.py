@@ -1,6 +1,5 @@
 """Points and observations read as arrays are those that pycolmap hands out one by one."""
 
-from pathlib import Path
 from struct import pack_into
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from fsel.captures.colmap.model import observed, points_of
 from fsel.captures.layouts.colmap import load_model
 
-CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
 FIELDS = ("xyz", "rgb", "track_point", "track_frame", "track_xy")
 
 
@@ -88,16 +86,6 @@ def test_arrays_hold_what_pycolmap_hands_out(form, seed, tmp_path):
     for some in (ids, ids[::-2], ids[:0]):
         rows = {image: at for at, image in enumerate(some)}
         check_twins(model, points_of(found, rows, "here"), rows)
-
-
-@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
-@pytest.mark.parametrize("name", ["fox", "southbuilding"])
-def test_a_capture_on_disk(name):
-    folder = CAPTURES / name / "sparse" / "0"
-    model = load_model(folder)
-    rows = {image: at for at, image in enumerate(sorted(model.images)[:3])}
-    found = points_of(observed(model, folder), rows, folder)
-    check_twins(model, found, rows)
 
 
 def test_no_point_is_no_points(tmp_path):

@@ -6,10 +6,8 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-from small_captures import write_ring
 
 from fsel.captures.images import files as image_files
-from fsel.captures.read import read_capture
 
 SHOT = np.random.default_rng(0).integers(0, 255, (24, 40, 3), dtype=np.uint8)
 
@@ -116,13 +114,3 @@ def test_huge_jpegs_are_decoded_at_twice_the_size_to_come_or_more(
     assert found.shape == (304 // factor, 400 // factor, 3)
     wanted = cv2.resize(image_files.load(path), found.shape[1::-1], interpolation=cv2.INTER_AREA)
     assert np.abs(found.astype(float) - wanted).mean() < 1.0
-
-
-def test_a_huge_jpeg_becomes_the_same_capture(tmp_path, monkeypatch):
-    write_ring(tmp_path / "ring", frames=5, cloud=20)
-    whole = read_capture(tmp_path / "ring", long_side=16)
-    monkeypatch.setattr(image_files, "HUGE", 1)
-    reduced = read_capture(tmp_path / "ring", long_side=16)
-    np.testing.assert_array_equal(reduced.intrinsics, whole.intrinsics)
-    assert reduced.images.shape == whole.images.shape
-    assert np.abs(reduced.images.astype(float) - whole.images).mean() < 3.0

@@ -113,12 +113,6 @@ def test_videos_held_upright_come_upright(tmp_path):
     assert np.abs(shown.astype(int) - clockwise).mean() < 20
 
 
-def test_what_is_no_video_is_refused(tmp_path):
-    (tmp_path / "walk.mp4").write_bytes(b"no video")
-    with pytest.raises(ValueError, match=r"walk\.mp4: not a readable video"):
-        video.Sampling().pace(tmp_path / "walk.mp4")
-
-
 def test_a_sequence_is_matched_near_and_ever_farther():
     found = pairs.in_sequence(100)
     assert [j for i, j in found if i == 0] == [*range(1, 11), 16, 32, 64]
