@@ -12,7 +12,6 @@ from fsel.workflow import cases, inputs, scenes
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
-from fsel.workflow.resources import Size
 
 prepare(verbose=workflow.is_main_process)
 # the settings are not there where the rules are only read

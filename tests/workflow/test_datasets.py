@@ -1,5 +1,7 @@
 """Datasets of a configuration: what is there, and errors that name the key and the value."""
 
+from types import SimpleNamespace
+
 import pytest
 from dry_runs import SMOKE, experiment, with_dataset
 
@@ -65,7 +67,8 @@ def test_a_folder_takes_the_place_of_a_download(tmp_path):
     (tmp_path / "garden").mkdir()
     entry = {"fetch": None, "root": str(tmp_path), "layout": "mipnerf360", "scenes": ["garden"]}
     made = experiment(datasets=with_dataset(**entry))
-    assert made.datasets.raw_capture("mine", "garden") == str(tmp_path / "garden")
+    wildcards = SimpleNamespace(dataset="mine", scene="garden")
+    assert made.datasets.raw_capture(wildcards) == str(tmp_path / "garden")
     assert "mine" not in made.datasets.names("fetch")
 
 
@@ -94,7 +97,8 @@ def test_scannet_scenes_have_an_object_each(tmp_path):
     entry |= {"scenes": {"object": ["kitchen", "office"]}}
     reading = {"instance": {"kitchen": 4, "office": 7}}
     made = experiment(datasets=with_dataset(**entry, reading=reading))
-    assert made.datasets.reading("mine", "office")["reading"] == {"instance": 7}
+    wildcards = SimpleNamespace(dataset="mine", scene="office")
+    assert made.datasets.reading(wildcards)["reading"] == {"instance": 7}
 
 
 def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):

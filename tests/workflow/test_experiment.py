@@ -11,7 +11,6 @@ from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
 from fsel.evaluation import captions
 from fsel.workflow import inputs, scenes
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.resources import Size
 
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
@@ -136,9 +135,9 @@ def test_places_are_shared_by_name_or_by_dataset(tmp_path):
 
 def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):
     small, large = (experiment(reconstruction={"long_side": side}) for side in (48, 256))
-    needed = small.resources(Size(1000, 10))
+    needed = small.resources(1000, 10)
     assert [needed["mem_mb"](None, attempt=n) for n in (1, 3)] == [1000, 3000]
-    grown = [e.resources(Size(1000, 10, "reconstruction")) for e in (small, large)]
+    grown = [e.resources(1000, 10, "reconstruction") for e in (small, large)]
     assert [n["runtime"](None, input=[], attempt=2) for n in grown] == [20, 80]
     external = experiment(
         reconstruction=[
@@ -146,16 +145,16 @@ def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):
             {"name": "external", "long_side": 960, "settings": {"serve": ["x"]}},
         ]
     )
-    assert external.resources(Size(grows="reconstruction"))["runtime"](None, [], 1) == 10
+    assert external.resources(grows="reconstruction")["runtime"](None, [], 1) == 10
 
 
 def test_a_gpu_is_asked_for_where_the_reconstructor_uses_one():
     external = SECOND | {"name": "external", "settings": {"serve": ["x"], "gpu": True}}
     made = experiment(reconstruction=[FIRST, external])
-    gpu = made.resources(Size(), made.reconstruction_of)["gpu"]
+    gpu = made.resources(reconstruction=made.reconstruction_of)["gpu"]
     assert gpu(SCENE) == 0
     assert gpu(SimpleNamespace(reconstructor="external/")) == 1
-    assert "gpu" not in made.resources(Size())
+    assert "gpu" not in made.resources()
 
 
 def test_rules_depend_on_the_reconstructor_that_they_use(tmp_path, monkeypatch):

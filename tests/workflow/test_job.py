@@ -1,9 +1,9 @@
 """A job's arguments by name, its log and its digest."""
 
 import logging
+import os
 import re
-import subprocess
-import sys
+import signal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ import fsel
 from fsel.core.files import digest
 from fsel.experiments.paper.learned import handsign
 from fsel.workflow.functions import LISTED, function_of
-from fsel.workflow.job import arguments, job, run
+from fsel.workflow.job import arguments, run
 
 
 def named(**items) -> Namedlist:
@@ -43,14 +43,14 @@ def test_parameters_are_taken_by_name_and_as_they_are():
         params=named(k=3),
         wildcards=named(scene="07", dataset="d"),
     )
-    found = arguments(asked, taste, "abc")
+    found = arguments(asked, taste)
     assert found == {
         "splits": ["a", "b"],
         "table": "t",
         "k": 3,
         "scene": "07",
         "threads": 2,
-        "config": "abc",
+        "config": digest({"k": 3}),
         "inputs": ["a", "b", "src/x.py"],
     }
 
@@ -84,7 +84,7 @@ SEVERAL = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/
     ],
 )
 def test_what_a_parameter_gets(asked, function, found):
-    assert arguments(asked, function, "") == found
+    assert arguments(asked, function) == found
 
 
 def taste(split, *, k): ...
@@ -102,20 +102,8 @@ def taste(split, *, k): ...
 )
 def test_what_is_missing_or_left_over_is_refused_by_name(asked, parts):
     with pytest.raises(TypeError) as refused:
-        arguments(asked, taste, "")
+        arguments(asked, taste)
     assert all(part in str(refused.value) for part in parts), refused.value
-
-
-def test_a_job_logs_and_digests_its_parameters(tmp_path):
-    log = tmp_path / "a.log"
-    asked = rule(params=named(a=1), log=[str(log)])
-    with job(asked) as found:
-        assert found == digest({"a": 1})
-        logging.getLogger("fsel").info("a word")
-    assert log.read_text().endswith("INFO fsel: a word\n")
-    with pytest.raises(ValueError, match="wrong"), job(rule(log=[str(log)])):
-        raise ValueError("wrong")
-    assert "ValueError: wrong" in log.read_text()
 
 
 def test_a_rule_s_function_is_the_stage_of_its_name_or_a_listed_one():
@@ -129,47 +117,36 @@ def test_a_rule_s_function_is_the_stage_of_its_name_or_a_listed_one():
 
 
 def noted(k, config, path):
+    logging.getLogger("fsel").info("a word")
     Path(path).write_text(f"{k} {config}")
 
 
-def test_a_function_runs_as_a_job_and_its_refusal_is_logged(tmp_path, monkeypatch):
+def test_a_function_runs_as_a_job_whose_words_and_refusal_are_logged(tmp_path, monkeypatch):
     log, seen = tmp_path / "a.log", tmp_path / "seen"
     monkeypatch.setitem(LISTED, "taste", f"{__name__}:noted")
     params = {"k": 3, "path": str(seen)}
     run(rule(params=named(**params), log=[str(log)]))
     assert seen.read_text() == f"3 {digest(params)}"
+    assert log.read_text().endswith("INFO fsel: a word\n")
     with pytest.raises(TypeError, match="'k' has no value"):
         run(rule(params=named(), log=[str(log)]))
-    assert "'k' has no value" in log.read_text()
+    assert "TypeError: rule taste" in log.read_text()
 
 
-TERMINATED = """
-import time
-from types import SimpleNamespace
+def terminated():
+    import fsel.captures.layouts.colmap  # noqa: F401  the log of pycolmap would print a stack
 
-import fsel.captures.layouts.colmap
-from fsel.workflow.job import job
-
-with job(SimpleNamespace(log=["job.log"], params={}, threads=1)):
-    print("ready", flush=True)
-    time.sleep(60)
-"""
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
-def test_a_job_that_is_terminated_ends_in_order(tmp_path):
-    """The log of pycolmap, which is imported here, would print a stack."""
-    with subprocess.Popen(
-        [sys.executable, "-c", TERMINATED],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-    ) as process:
-        assert process.stdout.readline() == "ready\n"
-        process.terminate()
-        assert process.stderr.read() == ""
-    assert process.returncode == 143
-    assert "SystemExit: 143" in (tmp_path / "job.log").read_text()
+def test_a_job_that_is_terminated_ends_in_order(tmp_path, monkeypatch, capfd):
+    log = tmp_path / "a.log"
+    monkeypatch.setitem(LISTED, "taste", f"{__name__}:terminated")
+    with pytest.raises(SystemExit) as ended:
+        run(rule(log=[str(log)]))
+    assert ended.value.code == 143
+    assert "SystemExit: 143" in log.read_text()
+    assert capfd.readouterr().err == ""
 
 
 def test_everything_imports_pycolmap_without_its_handlers():

@@ -19,20 +19,17 @@ use rule stage as download with:
         archive=r"[^/]+\.zip",
     localrule: True
     resources:
-        **experiment.resources(Size(500, 1440)),
+        **experiment.resources(500, 1440),
     params:
-        url=lambda wildcards: experiment.datasets.archive(wildcards.archive)["url"],
-        sha256=lambda wildcards: experiment.datasets.archive(wildcards.archive)[
-            "sha256"
-        ],
+        url=lambda wildcards: experiment.datasets.archive(wildcards)["url"],
+        sha256=lambda wildcards: experiment.datasets.archive(wildcards)["sha256"],
     message:
         "Downloading {wildcards.archive}"
 
 
 use rule stage as unpack with:
     input:
-        archive=lambda wildcards: "<downloads>/"
-        + experiment.datasets.archive_of(wildcards.dataset, wildcards.scene),
+        archive=experiment.datasets.archive_of,
     output:
         folder=directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -42,9 +39,11 @@ use rule stage as unpack with:
     wildcard_constraints:
         dataset=experiment.datasets.names("fetch"),
     resources:
-        **experiment.resources(Size(500, 120)),
+        **experiment.resources(500, 120),
     params:
-        **inputs.unpacked(experiment),
+        inside=lambda wildcards: experiment.datasets.fetched(wildcards)["inside"],
+        files=lambda wildcards: experiment.datasets.fetched(wildcards)["files"],
+        licence=lambda wildcards: experiment.datasets.fetched(wildcards)["licence"],
     message:
         "Unpacking {wildcards.dataset}/{wildcards.scene}"
 
@@ -61,18 +60,23 @@ use rule stage as generate with:
     wildcard_constraints:
         dataset=experiment.datasets.names("embedded"),
     resources:
-        **experiment.resources(Size(2000)),
+        **experiment.resources(2000),
     params:
-        **inputs.embedded(experiment),
+        **experiment.config["embedded"],
+        layout=lambda wildcards: experiment.datasets.entries[wildcards.dataset][
+            "layout"
+        ],
+        family=lambda wildcards: experiment.datasets.entries[wildcards.dataset][
+            "embedded"
+        ]["family"],
+        seed=experiment.scene_seed,
     message:
         "Generating the embedded capture {wildcards.dataset}/{wildcards.scene}"
 
 
 use rule stage as ingest with:
     input:
-        source=lambda wildcards: experiment.datasets.raw_capture(
-            wildcards.dataset, wildcards.scene
-        ),
+        source=experiment.datasets.raw_capture,
         lib=experiment.library("ingest"),
     output:
         **inputs.capture(),
@@ -81,7 +85,7 @@ use rule stage as ingest with:
     benchmark:
         "<results>/benchmarks/ingest/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(2000))
+        **experiment.resources(2000)
         | {"runtime": experiment.ingest_minutes, "gpu": experiment.ingest_gpus},
     params:
         **inputs.ingested(experiment, experiment.config["long_side"]),
@@ -110,7 +114,7 @@ use rule stage as describe with:
     benchmark:
         "<results>/benchmarks/describe/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(2000, 30, "capture")),
+        **experiment.resources(2000, 30, "capture"),
     params:
         **experiment.config["appearance"],
     message:
@@ -128,9 +132,9 @@ use rule stage as split with:
     benchmark:
         "<results>/benchmarks/split/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(grows="capture")),
+        **experiment.resources(grows="capture"),
     params:
-        **inputs.protocol(experiment),
+        protocol=experiment.datasets.protocol,
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
     message:
@@ -149,6 +153,6 @@ use rule stage as features with:
     benchmark:
         "<results>/benchmarks/features/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(grows="capture")),
+        **experiment.resources(grows="capture"),
     message:
         "Computing the features of {wildcards.dataset}/{wildcards.scene}"

@@ -21,9 +21,9 @@ use rule stage as select with:
     benchmark:
         "<results>/benchmarks/select/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(2000, 30, "capture")),
+        **experiment.resources(2000, 30, "capture"),
     params:
-        **inputs.protocol(experiment),
+        protocol=experiment.datasets.protocol,
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
     message:
@@ -44,7 +44,7 @@ use rule stage as evaluate with:
         "<results>/benchmarks/{reconstructor}evaluate/{dataset}/{scene}.jsonl"
     resources:
         **experiment.resources(
-            Size(4000, 180, "reconstruction"), experiment.reconstruction_of
+            4000, 180, "reconstruction", experiment.reconstruction_of
         ),
     params:
         reconstruction=experiment.reconstruction_of,
@@ -66,9 +66,7 @@ use rule stage as search_oracle with:
     benchmark:
         "<results>/benchmarks/search_oracle/{dataset}/{scene}/draw{draw}.jsonl"
     resources:
-        **experiment.resources(
-            Size(4000, 120, "reconstruction"), experiment.reconstruction
-        ),
+        **experiment.resources(4000, 120, "reconstruction", experiment.reconstruction),
     params:
         search=experiment.config["search"],
         reconstruction=experiment.reconstruction,

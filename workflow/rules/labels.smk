@@ -19,7 +19,7 @@ use rule stage as split_labelled with:
     benchmark:
         "<results>/benchmarks/split_labelled/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(grows="capture")),
+        **experiment.resources(grows="capture"),
     params:
         coverages=lambda wildcards: experiment.coverages[wildcards.scene],
         seed=experiment.training_seed,
@@ -54,7 +54,7 @@ use rule stage as label with:
     benchmark:
         "<results>/benchmarks/label/{scene}/p{coverage}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 60, "reconstruction"), experiment.labeller),
+        **experiment.resources(4000, 60, "reconstruction", experiment.labeller),
     params:
         coverage=lambda wildcards: int(wildcards.coverage),
         search=experiment.config["search"],
@@ -81,7 +81,7 @@ use rule stage as order with:
     benchmark:
         "<results>/benchmarks/order.jsonl"
     resources:
-        **experiment.resources(Size(grows="capture")),
+        **experiment.resources(grows="capture"),
     params:
         scenes=experiment.labelled,
         coverages=experiment.coverages,

@@ -113,7 +113,7 @@ use rule evaluate_trials as evaluate_geometry with:
         "<results>/benchmarks/{reconstructor}evaluate_geometry/{dataset}/{scene}.jsonl"
     resources:
         **experiment.resources(
-            Size(4000, 180, "reconstruction"), experiment.reconstruction_of
+            4000, 180, "reconstruction", experiment.reconstruction_of
         ),
     params:
         metrics=["psnr"],
@@ -136,9 +136,7 @@ use rule stage as measure_costs with:
     benchmark:
         "<results>/benchmarks/{reconstructor}measure_costs/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(
-            Size(4000, 30, "reconstruction"), experiment.reconstruction_of
-        ),
+        **experiment.resources(4000, 30, "reconstruction", experiment.reconstruction_of),
     params:
         budgets=experiment.config["budgets"],
         appearance=experiment.config["appearance"],
@@ -292,7 +290,7 @@ use rule stage as trial_feature_sweep with:
     benchmark:
         "<results>/benchmarks/trial_feature_sweep/{trial}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 120)),
+        **experiment.resources(4000, 120),
     params:
         **cases.training(experiment, "feature_sweep"),
         case=lambda wildcards: cases.feature_cases(experiment)[wildcards.trial],
@@ -393,9 +391,7 @@ use rule table as scorer_arch with:
 
 use rule stage as pair_poses with:
     input:
-        source=lambda wildcards: experiment.datasets.raw_capture(
-            wildcards.dataset, wildcards.scene
-        ),
+        source=experiment.datasets.raw_capture,
         lib=experiment.library("pair_poses"),
     output:
         **inputs.capture(folder=f"{inputs.SCENE}/sources/given", prefix="given_"),
@@ -407,7 +403,7 @@ use rule stage as pair_poses with:
     benchmark:
         "<results>/benchmarks/pair_poses/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 240))
+        **experiment.resources(4000, 240)
         | {"gpu": gpus_of(experiment.config["pose_sources"]["poses"])},
     params:
         **inputs.ingested(experiment, experiment.config["long_side"]),
@@ -499,7 +495,7 @@ use rule stage as evaluate_transfer with:
         "<results>/benchmarks/evaluate_transfer/{dataset}/{scene}/{compared}.jsonl"
     resources:
         **experiment.resources(
-            Size(4000, 120, "reconstruction"), paper.reconstruction("transfer")
+            4000, 120, "reconstruction", paper.reconstruction("transfer")
         ),
     params:
         reconstruction=paper.reconstruction("transfer"),
@@ -548,8 +544,9 @@ use rule stage as evaluate_reconchoice with:
         "<results>/benchmarks/evaluate_reconchoice/{dataset}/{scene}/{draw}/{compared}.jsonl"
     resources:
         **experiment.resources(
-            Size(experiment.config["transfer"]["memory"] // 1_000_000, 60),
-            paper.reconstruction("reconchoice"),
+            experiment.config["transfer"]["memory"] // 1_000_000,
+            60,
+            reconstruction=paper.reconstruction("reconchoice"),
         ),
     params:
         reconstruction=paper.reconstruction("reconchoice"),
@@ -595,7 +592,7 @@ use rule table as pipeline_figure with:
     log:
         "<results>/logs/pipeline_figure.log",
     resources:
-        **experiment.resources(Size(grows="capture")),
+        **experiment.resources(grows="capture"),
     params:
         scenes=lambda wildcards: paper.searched_scenes(),
         facts=experiment.facts([experiment.trained]),
@@ -623,7 +620,7 @@ use rule ingest as ingest_pictures with:
     benchmark:
         "<results>/benchmarks/ingest_pictures/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(2000, 240)),
+        **experiment.resources(2000, 240),
     params:
         long_side=paper.pictured["long_side"],
 
@@ -650,7 +647,7 @@ use rule table as qualitative with:
     benchmark:
         "<results>/benchmarks/qualitative/{dataset}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 60, "capture"), paper.pictured),
+        **experiment.resources(4000, 60, "capture", paper.pictured),
     params:
         views=3,
         k=experiment.budget_near(40),

@@ -21,7 +21,7 @@ use rule stage as train with:
     benchmark:
         "<results>/benchmarks/train.jsonl"
     resources:
-        **experiment.resources(Size(4000, 60)),
+        **experiment.resources(4000, 60),
     params:
         **inputs.training(experiment, "less_is_more"),
     message:
@@ -62,9 +62,7 @@ use rule stage as refine with:
     benchmark:
         "<results>/benchmarks/refine/seed{seed}.jsonl"
     resources:
-        **experiment.resources(
-            Size(8000, 240, "reconstruction"), experiment.reconstruction
-        ),
+        **experiment.resources(8000, 240, "reconstruction", experiment.reconstruction),
     params:
         scenes=experiment.refinement_scenes,
         seed=lambda wildcards: int(wildcards.seed),
@@ -86,9 +84,7 @@ use rule stage as budget_curves with:
     benchmark:
         "<results>/benchmarks/budget_curves/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(
-            Size(4000, 30, "reconstruction"), experiment.reconstruction
-        ),
+        **experiment.resources(4000, 30, "reconstruction", experiment.reconstruction),
     params:
         coverages=experiment.config["coverages"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "budget"),

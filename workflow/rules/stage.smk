@@ -7,7 +7,7 @@ rule stage:
     conda:
         "../envs/fsel.yaml"
     resources:
-        **experiment.resources(Size()),
+        **experiment.resources(),
     script:
         "../scripts/run.py"
 
@@ -20,7 +20,7 @@ use rule stage as table with:
 # every method's picks for the trials of an experiment, see `fsel.experiments.scheme`
 use rule stage as select_trials with:
     resources:
-        **experiment.resources(Size(4000, 60, "capture")),
+        **experiment.resources(4000, 60, "capture"),
     message:
         "Selecting on {wildcards.dataset}/{wildcards.scene}, {rule}"
 
@@ -28,9 +28,7 @@ use rule stage as select_trials with:
 # what those picks are worth
 use rule stage as evaluate_trials with:
     resources:
-        **experiment.resources(
-            Size(4000, 60, "reconstruction"), experiment.reconstruction_of
-        ),
+        **experiment.resources(4000, 60, "reconstruction", experiment.reconstruction_of),
     params:
         reconstruction=experiment.reconstruction_of,
         metrics=experiment.metrics,

@@ -39,7 +39,7 @@ use rule evaluate_trials as evaluate_candidate_pools with:
         "<results>/benchmarks/{reconstructor}evaluate_candidate_pools/{dataset}/{scene}.jsonl"
     resources:
         **experiment.resources(
-            Size(4000, 120, "reconstruction"), experiment.reconstruction_of
+            4000, 120, "reconstruction", experiment.reconstruction_of
         ),
     params:
         metrics=["psnr", "ssim", "gmsd"],
@@ -75,7 +75,7 @@ use rule table as selection_time with:
     benchmark:
         "<results>/benchmarks/selection_time.jsonl"
     resources:
-        **experiment.resources(Size(4000, 60, "capture")),
+        **experiment.resources(4000, 60, "capture"),
     params:
         pools=experiment.config["timing"]["pools"],
         k=experiment.config["timing"]["k"],
@@ -95,9 +95,7 @@ use rule stage as speed_settings with:
     benchmark:
         "<results>/benchmarks/speed_settings.jsonl"
     resources:
-        **experiment.resources(
-            Size(4000, 60, "reconstruction"), experiment.reconstruction
-        ),
+        **experiment.resources(4000, 60, "reconstruction", experiment.reconstruction),
     params:
         generated=[
             experiment.generated(*scene) for scene in experiment.evaluation_scenes
@@ -163,4 +161,4 @@ use rule table as stability with:
     benchmark:
         "<results>/benchmarks/stability.jsonl"
     resources:
-        **experiment.resources(Size(2000)),
+        **experiment.resources(2000),

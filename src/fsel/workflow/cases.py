@@ -59,16 +59,11 @@ def scorer_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
 
 
 def files(experiment: Experiment, table: str) -> dict[str, Any]:
-    """Return the inputs of a case: labels to train on, and validation scenes to select on.
+    """Return the inputs of a case of `feature_sweep` or `scorer_arch`: labels, and its scenes."""
 
-    Args:
-        table: `feature_sweep` or `scorer_arch`, whose scenes they are.
-    """
+    def validation(*of: Any) -> Any:
+        return lambda wildcards: inputs.of_scenes(scenes.tried(experiment, table), *of)
 
-    def validation(name: str) -> Any:
-        return lambda wildcards: inputs.of_scenes(scenes.tried(experiment, table), name)
-
-    draws = range(experiment.config["draws"])
     return {
         **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
         "splits": inputs.of_labelled(experiment, "splits"),
@@ -77,9 +72,7 @@ def files(experiment: Experiment, table: str) -> dict[str, Any]:
         ),
         "validation_frames": validation("frames.parquet"),
         "validation_descriptors": validation("descriptors.parquet"),
-        "validation_splits": lambda wildcards: inputs.of_scenes(
-            scenes.tried(experiment, table), "split.parquet", draws
-        ),
+        "validation_splits": validation("split.parquet", range(experiment.config["draws"])),
     }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fsel.core.names import natural
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import Refusal
 
 ROLES = ("train", "validation", "evaluation", "object")
 COUNTED = ("evaluation", "validation", "train", "object")  # the order in which folders are taken
@@ -38,19 +38,12 @@ def roles_of(entry: Section) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Datasets:
-    """The datasets that are there, and the pages that the others come from.
+    """The datasets that are there, and the pages that the others come from."""
 
-    Attributes:
-        entries: name -> entry of the configuration, in the order of the tables.
-        sources: name -> page, archives and folders of a dataset, `config/sources.yaml`.
-        missing: name -> why it is not there.
-        labels_missing: printed names of those.
-    """
-
-    entries: Mapping[str, Section]
-    sources: Mapping[str, Section]
-    missing: Mapping[str, str]
-    labels_missing: tuple[str, ...]
+    entries: Mapping[str, Section]  # name -> entry of the configuration, in the order of the tables
+    sources: Mapping[str, Section]  # name -> page, archives and folders: `config/sources.yaml`
+    missing: Mapping[str, str]  # name -> why it is not there
+    labels_missing: tuple[str, ...]  # printed names of those
 
     @classmethod
     def of(cls, entries: Mapping[str, Section], sources: Mapping[str, Section]) -> Datasets:
@@ -60,13 +53,15 @@ class Datasets:
             Refusal: for an entry that no job could serve.
         """
         placed = {name: _placed(name, entry) for name, entry in entries.items()}
-        missing = {
-            name: f"datasets.{name}.root {_sought(entry['root'], placed[name]['root'])}"
-            f"{_origin(entry, sources)}"
-            for name, entry in entries.items()
-            if kinds_of(entry) == ["root"]
-            and not (placed[name]["root"] and Path(placed[name]["root"]).is_dir())
-        }
+        missing = {}
+        for name, entry in entries.items():
+            root = placed[name].get("root")
+            if kinds_of(entry) != ["root"] or (root and Path(root).is_dir()):
+                continue
+            said = f"{entry['root']} (no folder {Path(root).resolve()})" if root else "is not set"
+            if entry["root"] and not root:
+                said = f"is {entry['root']}, which is empty"
+            missing[name] = f"datasets.{name}.root {said}{_origin(entry, sources)}"
         here = {name: entry for name, entry in placed.items() if name not in missing}
         found = cls(here, sources, missing, tuple(entries[name]["label"] for name in missing))
         for name in here:
@@ -80,7 +75,7 @@ class Datasets:
             self._check_source(where, entry["fetch"])
         named = [scene for role in ROLES for scene in self.scenes(name, role)]
         if len(set(named)) < len(named):
-            refuse(f"{where}.scenes names a scene twice: {named}", "give each scene one role")
+            raise Refusal(f"{where}.scenes names a scene twice: {named}", "one role each")
         if kinds_of(entry) == ["embedded"]:
             return
         there, root = self._present(name), entry.get("root")
@@ -90,7 +85,7 @@ class Datasets:
             absent = sorted(set(named) - set(there))
         if absent:
             place = root or f"what may be fetched of {entry['fetch']}"
-            refuse(
+            raise Refusal(
                 f"{where}.scenes: no {absent} in {place}{_origin(entry, self.sources)}",
                 f"those there are {there}",
             )
@@ -99,7 +94,7 @@ class Datasets:
         source = self.sources.get(name, {"scenes": {}})
         if not source["scenes"]:
             offered = [each for each in self.sources if self.sources[each]["scenes"]]
-            refuse(
+            raise Refusal(
                 f"{where}.fetch is {name!r}, which no program may download",
                 f"get it from {source['page']} and name its folder as `root`"
                 if "page" in source
@@ -114,23 +109,19 @@ class Datasets:
             return list(listed)
         if kinds_of(entry) == ["embedded"]:
             return [f"{role}{number:02d}" for number in range(listed)]
-        return self._counted(dataset, role)
+        counts = {r: n for r, n in roles_of(entry).items() if isinstance(n, int)}
+        present, total = self._present(dataset), sum(counts.values())
+        if total > len(present):
+            raise Refusal(
+                f"datasets.{dataset}.scenes asks for {total} scenes, {len(present)} are there",
+                "lower the numbers, or name the scenes",
+            )
+        start = sum(counts.get(earlier, 0) for earlier in COUNTED[: COUNTED.index(role)])
+        return present[start : start + listed]
 
     def role_of(self, dataset: str, scene: str) -> str:
         """Return the role of a scene."""
         return next(role for role in ROLES if scene in self.scenes(dataset, role))
-
-    def _counted(self, name: str, role: str) -> list[str]:
-        """Return the scenes with a role of which the configuration says how many there are."""
-        counts = {r: n for r, n in roles_of(self.entries[name]).items() if isinstance(n, int)}
-        present, total = self._present(name), sum(counts.values())
-        if total > len(present):
-            refuse(
-                f"datasets.{name}.scenes asks for {total} scenes, {len(present)} are there",
-                "lower the numbers, or name the scenes",
-            )
-        start = sum(counts.get(earlier, 0) for earlier in COUNTED[: COUNTED.index(role)])
-        return present[start : start + counts[role]]
 
     def _present(self, name: str) -> list[str]:
         """List the folders below a dataset's root in natural order, or what may be fetched."""
@@ -140,68 +131,63 @@ class Datasets:
         folders = [path.name for path in Path(entry["root"]).iterdir() if path.is_dir()]
         return sorted((name for name in folders if not name.startswith(".")), key=natural)
 
-    def raw_capture(self, dataset: str, scene: str) -> str:
+    def raw_capture(self, wildcards: Any) -> str:
         """Return the folder of a scene as its dataset is distributed."""
-        if kinds_of(self.entries[dataset]) == ["root"]:
-            return str(Path(self.entries[dataset]["root"], scene))
-        return f"<results>/data/{dataset}/{scene}"
+        entry = self.entries[wildcards.dataset]
+        if kinds_of(entry) == ["root"]:
+            return str(Path(entry["root"], wildcards.scene))
+        return f"<results>/data/{wildcards.dataset}/{wildcards.scene}"
 
-    def reading(self, dataset: str, scene: str) -> dict[str, Any]:
+    def reading(self, wildcards: Any) -> dict[str, Any]:
         """Return how a scene is read; where every scene has an object of its own, which one."""
-        entry = self.entries[dataset]
+        entry = self.entries[wildcards.dataset]
         reading = {key: entry[key] for key in READING if key in entry}
         instance = entry["reading"].get("instance")
         if isinstance(instance, dict):
             others = {key: value for key, value in entry["reading"].items() if key != "instance"}
-            own = {"instance": instance[scene]} if scene in instance else {}
+            own = {"instance": instance[wildcards.scene]} if wildcards.scene in instance else {}
             reading["reading"] = others | own
         return reading
 
-    def protocol(self, dataset: str, scene: str) -> dict[str, str]:
+    def protocol(self, wildcards: Any) -> dict[str, str]:
         """Return arguments of `fsel.captures.layouts.dl3dv.read_protocol`, if there is one."""
-        file = self.entries[dataset].get("protocol")
-        if not file:
-            return {}
-        return {"file": file, "scene": scene, "folder": self.raw_capture(dataset, scene)}
+        file = self.entries[wildcards.dataset].get("protocol")
+        scene = {"scene": wildcards.scene, "folder": self.raw_capture(wildcards)}
+        return {"file": file, **scene} if file else {}
 
-    def archive_of(self, dataset: str, scene: str) -> str:
-        """Return the file name of the archive that holds a fetched scene."""
-        source = self.entries[dataset]["fetch"]
-        return _archive(source, self.sources[source]["scenes"][scene]["url"])
+    def fetched(self, wildcards: Any) -> Section:
+        """Return the entry of a fetched scene in `config/sources.yaml`."""
+        source: Section = self.sources[self.entries[wildcards.dataset]["fetch"]]
+        return source["scenes"][wildcards.scene]
 
-    def archive(self, name: str) -> dict[str, str]:
-        """Return the address and the checksum of an archive, by its file name."""
+    def archive_of(self, wildcards: Any) -> str:
+        """Return the path of the archive that holds a fetched scene."""
+        source = self.entries[wildcards.dataset]["fetch"]
+        return f"<downloads>/{_archive(source, self.fetched(wildcards)['url'])}"
+
+    def archive(self, wildcards: Any) -> Section:
+        """Return the entry of a scene in an archive, by the archive's file name."""
         return next(
-            {"url": scene["url"], "sha256": scene["sha256"]}
+            scene
             for source, entry in self.sources.items()
             for scene in entry["scenes"].values()
-            if name == _archive(source, scene["url"])
+            if wildcards.archive == _archive(source, scene["url"])
         )
 
-    def fetched(self, dataset: str, scene: str) -> Section:
-        """Return the entry of a fetched scene in `config/sources.yaml`."""
-        source: Section = self.sources[self.entries[dataset]["fetch"]]
-        return source["scenes"][scene]
-
     def names(self, kind: str = "") -> str:
-        """Return a pattern of the datasets of a kind, or of all; it matches nothing for none.
-
-        `object` is the kind of those with masks of objects.
-        """
-        patterns = [
+        """Return a pattern of the datasets of a kind, of those with objects, or of all."""
+        names = [
             re.escape(name)
             for name, entry in self.entries.items()
-            if not kind
-            or kinds_of(entry) == [kind]
-            or (kind == "object" and self.scenes(name, "object"))
+            if kind in ("", *kinds_of(entry)) or (kind == "object" and self.scenes(name, "object"))
         ]
-        return "|".join(patterns) or "(?!)"
+        return "|".join(names) or "(?!)"  # which matches nothing
 
 
 def _placed(name: str, entry: Section) -> Section:
     """Return an entry with variables of the environment put into its root: `${NAME:-other}`."""
     if len(kinds_of(entry)) != 1:
-        refuse(
+        raise Refusal(
             f"datasets.{name} needs exactly one of `embedded`, `root` and `fetch`, got "
             f"{[kind for kind in KINDS if kind in entry]}",
             "`embedded: {family: ...}` generates captures, `root: folder` reads them from disk, "
@@ -211,13 +197,6 @@ def _placed(name: str, entry: Section) -> Section:
         return entry
     root = VARIABLE.sub(lambda found: os.environ.get(found[1]) or found[2] or "", entry["root"])
     return {**entry, "root": root}
-
-
-def _sought(written: str | None, root: str | None) -> str:
-    """Return the folder of a dataset as it is written, and where that is."""
-    if not root:
-        return f"is {written}, which is empty" if written else "is not set"
-    return f"{written} (no folder {Path(root).resolve()})"
 
 
 def _origin(entry: Section, sources: Mapping[str, Section]) -> str:

@@ -18,12 +18,9 @@ from fsel.core.files import write_text
 
 
 class Library:
-    """The sources and data files of one package.
+    """The sources and data files of one package, but for modules whose names begin with `aside`.
 
-    Args:
-        folder: of the package.
-        store: JSON file that keeps what each source refers to, until the source changes.
-        aside: prefix of modules that are left out.
+    The JSON file `store` keeps what each source refers to, until the source changes.
     """
 
     def __init__(self, folder: Path, store: Path, aside: str = "-") -> None:
@@ -36,9 +33,7 @@ class Library:
     def needed(self, module: str, unused: Collection[str] = ()) -> list[str]:
         """Sorted paths of the files that a module needs, its own among them.
 
-        Args:
-            module: its dotted name.
-            unused: entries of registries, `package.module:name`, that are not followed.
+        Entries of registries, `package.module:name`, that are `unused` are not followed.
         """
         found, data, left = set[str](), set[str](), [module]
         while left:
@@ -55,10 +50,8 @@ class Library:
     def _behind(self, word: str) -> Iterator[str]:
         """Modules that run when a dotted name is imported, the package's own first one aside."""
         parts = word.partition(":")[0].split(".")
-        for n in range(2, len(parts) + 1):
-            name = ".".join(parts[:n])
-            if name in self.modules:
-                yield name
+        names = (".".join(parts[:n]) for n in range(2, len(parts) + 1))
+        return (name for name in names if name in self.modules)
 
     def _referred(self, store: Path) -> dict[str, list[str]]:
         """Module -> the words in its source that may stand for modules or data files."""

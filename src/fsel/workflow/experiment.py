@@ -14,17 +14,21 @@ from typing import Any
 
 from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
+from fsel.core.files import mapped_array
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.functions import home_of
-from fsel.workflow.refusal import refuse
-from fsel.workflow.resources import Resource, Size
+from fsel.workflow.refusal import Refusal
 from fsel.workflow.settings import TRAINED, Settings, shipped
 
+DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
+DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
+
 Choice = Callable[[Any], Any]  # of the wildcards
+Resource = Callable[..., int]
 
 
 @dataclass(frozen=True)
@@ -144,10 +148,10 @@ class Experiment(Settings):
         try:
             published.fetch(self.config["lpips"]["net"], path)
         except (packages.Unobtainable, ValueError) as error:
-            refuse(
+            raise Refusal(
                 f"LPIPS: {error}",
                 "`metrics: [psnr, ssim, gmsd]` goes without LPIPS, `lpips.weights` names a file",
-            )
+            ) from error
 
     @property
     def folders(self) -> str:
@@ -155,24 +159,38 @@ class Experiment(Settings):
         return f"(?:{'|'.join(['', *map(re.escape, self.extra_reconstructors)])})"
 
     def resources(
-        self, size: Size, reconstruction: Section | Choice | None = None
+        self,
+        memory_mb: int = 1000,
+        minutes: int = 10,
+        grows: str = "",
+        reconstruction: Section | Choice | None = None,
     ) -> dict[str, Resource]:
         """Return the memory and minutes of a rule, and a GPU where its reconstructor needs one.
 
+        A job that failed gets twice as much, then three times.
+
         Args:
-            size: of its jobs.
+            memory_mb: of a capture of 10,000 frames, reconstructed at 128 pixels.
+            minutes: likewise.
+            grows: with what they grow: `capture`, by frames of the largest one among the inputs;
+                `reconstruction`, by its pixels too; or nothing.
             reconstruction: the section of its reconstructor, or a function of the wildcards that
                 returns it; None for a rule that does not reconstruct.
         """
         own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
-        resources = size.resources(max(own, default=0))
-        if callable(reconstruction):
-            choose = reconstruction
-            resources["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
-        elif reconstruction is not None:
-            section = reconstruction
-            resources["gpu"] = lambda wildcards: int(needs_gpu(section))
-        return resources
+        pixels = max(1.0, (max(own, default=0) / DECLARED_SIDE) ** 2)
+        factor = pixels if grows == "reconstruction" else 1.0
+
+        def needed(amount: float) -> Resource:
+            if not grows:
+                return lambda wildcards, attempt: int(amount * attempt)
+            return lambda wildcards, input, attempt: int(amount * attempt * captured(input))
+
+        found = {"mem_mb": needed(factor * memory_mb), "runtime": needed(factor * minutes)}
+        if reconstruction is not None:
+            of = reconstruction
+            found["gpu"] = lambda wildcards: int(needs_gpu(of(wildcards) if callable(of) else of))
+        return found
 
     def library(
         self, rule: str, reconstruction: Section | Choice | None = None
@@ -265,3 +283,9 @@ class Experiment(Settings):
 def gpus_of(poses: str | Section) -> int:
     """Return the GPUs that finding poses takes."""
     return int(not isinstance(poses, str) and poses.get("gpu", False))
+
+
+def captured(files: Iterable[str]) -> float:
+    """Frames of the largest capture that is there, over those that a rule's numbers are for."""
+    there = [path for path in files if Path(path).name == "images.npy" and os.path.exists(path)]
+    return max([1.0, *(len(mapped_array(path)) / DECLARED_FRAMES for path in there)])

@@ -56,10 +56,7 @@ LISTED = {
 
 
 def home_of(rule: str) -> str:
-    """Return `module:function` of a rule.
-
-    Args:
-        rule: its name; words after that of a stage name a variant, as in `train_no_appearance`.
+    """Return `module:function` of a rule; words after a stage's name are those of a variant.
 
     Raises:
         ValueError: when there is no stage of the name.
@@ -75,11 +72,7 @@ def home_of(rule: str) -> str:
 
 
 def function_of(rule: str) -> Callable[..., None]:
-    """Import the function that a rule runs.
-
-    Raises:
-        ValueError: as `home_of`.
-    """
+    """Import the function that a rule runs."""
     module, _, name = home_of(rule).partition(":")
     found: Callable[..., None] = attrgetter(name)(import_module(module))
     return found

@@ -126,39 +126,11 @@ def of_labelled(experiment: Experiment, name: str) -> list[str]:
     return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
 
 
-def embedded(experiment: Experiment) -> Paths:
-    """Return what an embedded capture is made from: family, seed, layout, frames and size."""
-    entries = experiment.datasets.entries
-    return {
-        **experiment.config["embedded"],
-        "layout": lambda wildcards: entries[wildcards.dataset]["layout"],
-        "family": lambda wildcards: entries[wildcards.dataset]["embedded"]["family"],
-        "seed": experiment.scene_seed,
-    }
-
-
-def protocol(experiment: Experiment) -> Paths:
-    """Return the protocol of the dataset in the wildcards, if it has one."""
-    of = experiment.datasets.protocol
-    return {"protocol": lambda wildcards: of(wildcards.dataset, wildcards.scene)}
-
-
-def unpacked(experiment: Experiment) -> Paths:
-    """Return where the scene in the wildcards lies in its archive, its sha256 and its licence."""
-
-    def known(key: str) -> Callable[[Any], Any]:
-        return lambda wildcards: experiment.datasets.fetched(wildcards.dataset, wildcards.scene)[
-            key
-        ]
-
-    return {key: known(key) for key in ("inside", "files", "licence")}
-
-
 def ingested(experiment: Experiment, long_side: int) -> Paths:
     """Return how the capture in the wildcards is read, with images of some size."""
     datasets = experiment.datasets
     return {
-        "reading": lambda wildcards: datasets.reading(wildcards.dataset, wildcards.scene),
+        "reading": datasets.reading,
         "long_side": long_side,
         "at_least": lambda wildcards: experiment.frames_needed(
             datasets.role_of(wildcards.dataset, wildcards.scene)
@@ -192,10 +164,9 @@ def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
     """Choose the scene with large images: embedded ones are rendered again into a folder."""
 
     def source(wildcards: Any) -> str:
-        dataset, scene = wildcards.dataset, wildcards.scene
-        if kinds_of(experiment.datasets.entries[dataset]) == ["embedded"]:
-            return f"<results>/{dataset}/{scene}/{folder}"
-        return experiment.datasets.raw_capture(dataset, scene)
+        if kinds_of(experiment.datasets.entries[wildcards.dataset]) == ["embedded"]:
+            return f"<results>/{wildcards.dataset}/{wildcards.scene}/{folder}"
+        return experiment.datasets.raw_capture(wildcards)
 
     return source
 

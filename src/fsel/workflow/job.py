@@ -1,20 +1,15 @@
-"""A rule as a job: the function of its name, its arguments, its log, its threads.
-
-The only module that touches the `snakemake` object.
-"""
+"""A rule as a job: the function of its name, its arguments, its log, its threads."""
 
 from __future__ import annotations
 
 import gc
 import inspect
 import logging
-import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import cv2
 
@@ -27,17 +22,10 @@ LIBRARY = "lib"  # the input that holds the sources of a rule's function
 logger = logging.getLogger("fsel")
 
 
-@contextmanager
-def job(snakemake: Any) -> Iterator[str]:
-    """Run a script's body as a job: logged to `snakemake.log[0]`, within its threads.
+def run(snakemake: Any) -> None:
+    """Call the function of a rule as a job: logged to `snakemake.log[0]`, within its threads.
 
     The signal TERM, by which a cluster ends jobs, is an exception: unfinished files are removed.
-
-    Args:
-        snakemake: the object that Snakemake hands to a script.
-
-    Yields:
-        The digest of the job's parameters, which its tables carry.
     """
     handler = logging.FileHandler(snakemake.log[0], mode="w")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
@@ -48,7 +36,11 @@ def job(snakemake: Any) -> Iterator[str]:
     cv2.setNumThreads(snakemake.threads)
     previous = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
-        yield digest(dict(snakemake.params.items()))
+        gc.disable()  # little that is made while importing is garbage
+        function = function_of(snakemake.rule)
+        gc.freeze()
+        gc.enable()
+        function(**arguments(snakemake, function))
     except BaseException:
         logger.exception("failed")
         raise
@@ -58,35 +50,7 @@ def job(snakemake: Any) -> Iterator[str]:
         handler.close()
 
 
-def run(snakemake: Any) -> None:
-    """Call the function of a rule as a job, its parameters taken by name from the rule.
-
-    Args:
-        snakemake: the object that Snakemake hands to a script.
-
-    Raises:
-        TypeError: for a parameter that the rule lacks, or something of the rule that no parameter
-            takes.
-    """
-    with job(snakemake) as config:
-        gc.disable()  # little that is made while importing is garbage
-        function = function_of(snakemake.rule)
-        gc.freeze()
-        gc.enable()
-        function(**arguments(snakemake, function, config))
-
-
-def leave() -> NoReturn:
-    """End the process of a job that is done.
-
-    Python would take apart every module first, a fifth of the seconds of a short job.
-    """
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)
-
-
-def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dict[str, object]:
+def arguments(snakemake: Any, function: Callable[..., None]) -> dict[str, object]:
     """Collect what a rule has for each parameter of a function, as it is: nothing is converted.
 
     A parameter is the input, output or param of its name. Otherwise it is
@@ -94,7 +58,7 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
     - `folder`: the folder of the rule's `frames`, `points`, `images`, `masks` and `descriptors`,
       files of one canonical capture; `folders` of several captures, one folder each; `x_folder`
       and `x_folders` of `x_frames` and so on;
-    - `inputs`: every input file; `threads`; `config`: the digest of the rule's params;
+    - `inputs`: every input file; `threads`; `config`: the digest of the params, for its tables;
     - a wildcard.
 
     The input `lib`, sources that the rule depends on, is no argument.
@@ -107,8 +71,12 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
     parts = (snakemake.input, snakemake.output, snakemake.params)
     given = {name: value for part in parts for name, value in part.items() if name != LIBRARY}
     folders = _folders(snakemake, where)
-    further = {"inputs": list(snakemake.input), "threads": snakemake.threads, "config": config}
-    further = dict(snakemake.wildcards.items()) | further
+    further = {
+        **dict(snakemake.wildcards.items()),
+        "inputs": list(snakemake.input),
+        "threads": snakemake.threads,
+        "config": digest(dict(snakemake.params.items())),
+    }
     taken, left = {}, set(given)
     parameters = inspect.signature(function).parameters
     for name, parameter in parameters.items():

@@ -13,14 +13,9 @@ import platform
 import sys
 from pathlib import Path
 
-KEPT = 32 << 20  # bytes
-
-INHERITED = {
-    # every evaluation makes and drops arrays of megabytes: glibc would hand their pages back to the
-    # kernel each time and ask for them anew, 8 % of a search
-    "MALLOC_MMAP_THRESHOLD_": str(KEPT),
-    "MALLOC_TRIM_THRESHOLD_": str(KEPT),
-}
+# bytes: every evaluation makes and drops arrays of megabytes: glibc would hand their pages back to
+# the kernel each time and ask for them anew, 8 % of a search
+INHERITED = dict.fromkeys(["MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"], str(32 << 20))
 LEVEL = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}  # of x86-64-v3, as the kernel names them
 PINNED = {
     "NUMBA_CPU_NAME": "haswell",
@@ -39,10 +34,7 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
     """Return the variables that keep libraries to x86-64-v3, to be set before Python starts.
 
     There are none on other architectures and on older processors, where results agree but for
-    their last digits.
-
-    Args:
-        cpuinfo: where Linux lists the processor's features; x86-64-v3 is assumed without it.
+    their last digits. Without `cpuinfo`, Linux's list of features, x86-64-v3 is assumed.
     """
     if platform.machine() not in ("x86_64", "AMD64"):
         return {}
@@ -52,11 +44,7 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
 
 
 def prepare(verbose: bool = False) -> None:
-    """Set what every job inherits, unless it is set already.
-
-    Args:
-        verbose: print which variables are set to other values, which changes results' last digits.
-    """
+    """Set what every job inherits, unless it is set already; print what is set otherwise."""
     own = pinned()
     for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)

@@ -14,7 +14,7 @@ from fsel.captures.colmap.estimator import source_of
 from fsel.workflow import inputs, reconstructors, requirements, scenes
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Choice, Experiment
-from fsel.workflow.refusal import MissingProgram, Refusal, refuse
+from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.settings import PAGE
 
 TRANSFER, CHOICE, PICTURES = "transfer", "reconchoice", "pictures"  # sections with reconstructors
@@ -40,7 +40,7 @@ class Paper:
             Refusal: for programs that are named and not here.
         """
         if lines := self.missing_programs():
-            refuse("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
+            raise Refusal("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
         made, said = self.possible()
         if said:
             count = len(self.needs())
@@ -57,8 +57,7 @@ class Paper:
                 for need in needs:
                     need()
             except Refusal as refusal:
-                reason = str(refusal).removeprefix("config: ").splitlines()[0]
-                said.append(f"  not made: {name}: {reason}")
+                said.append(f"  not made: {name}: {refusal.reason.splitlines()[0]}")
             else:
                 made += self._paths(name)
         return made, said
@@ -106,7 +105,7 @@ class Paper:
             try:
                 self._check_programs(section)
             except MissingProgram as missing:
-                lines += missing.lines
+                lines += missing.reason.splitlines()
         return list(dict.fromkeys(lines))
 
     def _check_programs(self, section: str) -> None:
@@ -161,7 +160,7 @@ class Paper:
                 "`allow_missing: true` makes what can be made without, and captions name what is "
                 "missing"
             )
-        refuse("\n".join(lines), hint)
+        raise Refusal("\n".join(lines), hint)
 
     def _without(self, configfiles: Sequence[str]) -> list[str]:
         """Describe how a run goes without what is not here, and what it makes then."""
@@ -197,7 +196,7 @@ class Paper:
         chosen: list[int] = self.experiment.config[TRANSFER][key]
         swept = self.experiment.config["budgets"]
         if missing := [k for k in chosen if k not in swept]:
-            refuse(
+            raise Refusal(
                 f"transfer.{key} has {missing}, which are not among budgets {swept}",
                 "nothing is selected for these tables; picks of the sweep are taken",
             )

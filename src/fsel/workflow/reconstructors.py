@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import Refusal
 
 Section = Mapping[str, Any]
 
 
 def named(sections: Section | Sequence[Section], where: str) -> dict[str, Section]:
-    """Name -> section of each reconstructor, in order; `as` gives a name of its own.
-
-    Args:
-        sections: one, or several.
-        where: the key that they stand under.
+    """Name -> section of each reconstructor under the key `where`; `as` gives a name of its own.
 
     Raises:
         Refusal: when two have the same name.
@@ -24,7 +20,7 @@ def named(sections: Section | Sequence[Section], where: str) -> dict[str, Sectio
     for section in [sections] if isinstance(sections, Mapping) else sections:
         name = section.get("as", section["name"])
         if name in found:
-            refuse(f"{where} has two named {name!r}", "`as` gives one of them another name")
+            raise Refusal(f"{where} has two named {name!r}", "`as` gives one of them another name")
         found[name] = without_name(section)
     return found
 

@@ -15,20 +15,20 @@ from fsel.reconstruct import check_needs
 from fsel.selectors import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import MissingProgram, refuse
+from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.settings import PAGE
 
 
 def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
     """Refuse reconstructors that cannot work here, before any job."""
     if lines := [line for own in named.items() for line in _missing_of(where, *own)]:
-        raise MissingProgram(lines, PAGE)
+        raise MissingProgram("\n".join(lines), PAGE)
 
 
 def check_poses(where: str, poses: str | Section) -> None:
     """Refuse a program for poses that cannot work here, before any job."""
     if lines := _missing_poses(where, poses):
-        refuse("\n".join(lines), PAGE)
+        raise Refusal("\n".join(lines), PAGE)
 
 
 def missing_programs(experiment: Experiment) -> list[str]:
@@ -55,7 +55,7 @@ def missing_programs(experiment: Experiment) -> list[str]:
         except (FileNotFoundError, ImportError) as error:
             lines.append(str(error))
         except ValueError as error:
-            refuse(str(error), PAGE)
+            raise Refusal(str(error), PAGE) from error
     # a check ends at the file that it misses, and a page has all
     wanted = {
         "timm": config["appearance"]["kind"] == "dinov2",
@@ -74,10 +74,10 @@ def check_scorers(experiment: Experiment) -> None:
             try:
                 pretrained.own(path, policy)
             except (ValueError, OSError) as error:
-                refuse(
+                raise Refusal(
                     f"training.weights.{policy}: {error}",
                     "the workflow writes such files, in results/selector",
-                )
+                ) from error
 
 
 def _missing_of(where: str, name: str, section: Section) -> list[str]:
@@ -99,5 +99,5 @@ def _lacking(where: str, check: Callable[..., object]) -> list[str]:
     except MissingRequirement as error:
         return f"{where}: {error}".replace("\n", "\n  ").splitlines()
     except ValueError as error:
-        refuse(f"{where}: {error}", PAGE)
+        raise Refusal(f"{where}: {error}", PAGE) from error
     return []

@@ -9,7 +9,7 @@ from typing import Any
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Choice, Experiment
 from fsel.workflow.inputs import joined, of_scenes
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import Refusal
 from fsel.workflow.requirements import check_poses
 from fsel.workflow.settings import Scene
 
@@ -44,7 +44,7 @@ def datasets_of(scenes: Scenes) -> list[str]:
 def with_labels(experiment: Experiment) -> list[str]:
     """List the labelled scenes, at least one."""
     if not experiment.labelled:
-        refuse(
+        raise Refusal(
             "no dataset has `train` scenes",
             "this is made of labels; name scenes to train on, docs/datasets.md",
         )
@@ -67,7 +67,7 @@ def held_out(experiment: Experiment) -> Scenes:
     trained = experiment.trained
     scenes = experiment.scenes(trained, "evaluation")
     if not scenes:
-        refuse(
+        raise Refusal(
             f"{trained} has no evaluation scenes",
             "this experiment is made on evaluation scenes of training.dataset",
         )
@@ -78,12 +78,12 @@ def held_out_problems(experiment: Experiment) -> list[str]:
     """List the problems on which selections are compared with the search, at least one."""
     problems, config = experiment.searched_problems(), experiment.config
     if not problems:
-        refuse(
+        raise Refusal(
             f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
             "the comparison with the search is made on evaluation scenes of training.dataset",
         )
     if config["search"]["k"] not in config["budgets"]:
-        refuse(
+        raise Refusal(
             f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
             "selections are compared with the search at its own budget",
         )
@@ -104,12 +104,12 @@ def rooms(experiment: Experiment) -> Scenes:
     scenes = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
     named = {(d, s) for d in held for s in held[d] if d in entries}
     if unknown := sorted(joined(named - set(scenes))):
-        refuse(
+        raise Refusal(
             f"crosscapture.held_out: {unknown} are no evaluation scenes",
             "it names datasets, their scenes, and passes of each",
         )
     if not scenes:
-        refuse(
+        raise Refusal(
             "no dataset with evaluation scenes was filmed in several passes",
             "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
             "true`, or crosscapture.held_out",
@@ -128,7 +128,7 @@ def of_objects(experiment: Experiment) -> Scenes:
     """List the captures of an object, at least one."""
     scenes = experiment.with_role("object")
     if not scenes:
-        refuse(
+        raise Refusal(
             "no dataset has `object` scenes",
             "the object-centric experiment needs captures with masks of an object",
         )
@@ -142,14 +142,14 @@ def tried(experiment: Experiment, table: str) -> Scenes:
         there = {d: role for d, role in named.items() if d in experiment.datasets.entries}
         chosen = [(d, s) for d, role in there.items() for s in experiment.scenes(d, role)]
         if not chosen:
-            refuse(
+            raise Refusal(
                 f"trials.scenes.{table} is {named}, of which no scene is there",
                 "leave it out for the validation scenes of all datasets",
             )
         return chosen
     every = experiment.with_role("validation")
     if not every:
-        refuse(
+        raise Refusal(
             "no dataset has validation scenes",
             "features and scorers are compared on them unless trials.scenes says otherwise",
         )
@@ -162,7 +162,7 @@ def posed_twice(experiment: Experiment) -> Scenes:
     named, model = config["dataset"], config["model"]
     entry = experiment.datasets.entries.get(named, {})
     if named is None or named in experiment.datasets.missing:
-        refuse(
+        raise Refusal(
             f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
             "name a dataset on disk, and in `poses` what estimates them, or in `model` the folder "
             "of a COLMAP model inside each scene",
@@ -170,19 +170,19 @@ def posed_twice(experiment: Experiment) -> Scenes:
     scenes = experiment.scenes(named, "evaluation")
     if config["poses"] != "file":
         if "embedded" in kinds_of(entry):
-            refuse(
+            raise Refusal(
                 f"pose_sources.dataset is {named!r}, whose images are generated and small",
                 "name a dataset with a `root` or `fetch`: poses are found in its images",
             )
         check_poses("pose_sources.poses", config["poses"])
         return [(named, scene) for scene in scenes]
     if entry.get("root") is None:
-        refuse(
+        raise Refusal(
             f"pose_sources.dataset is {named!r}, no dataset with a `root`",
             "a second source of poses is a folder inside each scene; or name it in `poses`",
         )
     if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
-        refuse(
+        raise Refusal(
             f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
             f"of {named}: {missing[:3]}",
             "export the second source's poses as a COLMAP model there, or name it in `poses`",

@@ -15,46 +15,35 @@ import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
 from fsel.core.registry import closest
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import Refusal
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
 
 
 def read_schema(path: Path) -> dict[str, Any]:
-    """A schema with the names of its registries in their places."""
+    """Return a schema with the names of its registries in their places."""
     found: dict[str, Any] = _with_names(yaml.safe_load(path.read_text(encoding="utf-8")))
     return found
 
 
-def _with_names(node: Any) -> Any:
-    if isinstance(node, list):
-        return [_with_names(part) for part in node]
-    if not isinstance(node, dict):
+def _with_names(node: Any, enum: bool = False) -> Any:
+    if isinstance(node, dict):
+        return {key: _with_names(part, key == "enum") for key, part in node.items()}
+    if not isinstance(node, list):
         return node
-    return {
-        key: [name for word in part for name in _names(word)]
-        if key == "enum"
-        else _with_names(part)
-        for key, part in node.items()
-    }
-
-
-def _names(word: Any) -> list[Any]:
-    match = REGISTRY.fullmatch(str(word))
-    return list(getattr(import_module(match[1]), match[2])) if match else [word]
+    if not enum:
+        return [_with_names(part) for part in node]
+    matches = [(word, REGISTRY.fullmatch(str(word))) for word in node]
+    names = [list(getattr(import_module(m[1]), m[2])) if m else [word] for word, m in matches]
+    return [name for each in names for name in each]
 
 
 def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: str = "") -> None:
-    """Check values against a schema, and put its defaults where keys are left out.
-
-    Args:
-        values: they are changed.
-        schema: what `read_schema` gives.
-        hint: for what is refused.
-        where: the name of the whole, for what is wrong at the top level.
+    """Check values against a schema, and put its defaults into them where keys are left out.
 
     Raises:
-        Refusal: naming the key, what is wrong with it, and what is allowed there.
+        Refusal: naming the key, or `where` for the whole, what is wrong with it, what is allowed
+            there, and the hint.
     """
     try:
         _Filling(schema).validate(values)
@@ -65,10 +54,10 @@ def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: s
         allowed = list(map(str, fault.validator_value)) if fault.validator == "enum" else keys
         near = [closest(str(word), allowed) for word in given if word not in allowed]
         meant = "".join(f"did you mean {name!r}? " for name in near if name)
-        refuse(
+        raise Refusal(
             f"{place}: {fault.message}",
             (meant or (f"the keys here are {keys}; " if keys else "")) + hint,
-        )
+        ) from fault
 
 
 def _fill(validator: Any, properties: Any, values: Any, schema: Any) -> Iterator[ValidationError]:

@@ -17,7 +17,7 @@ from fsel.core.names import name_seed
 from fsel.selectors.pretrained import FILES
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
 PAGE = "config/README.md describes every key"
@@ -61,7 +61,7 @@ class Settings:
         complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)
         path = Path(config["sources"] or folder / "config" / "sources.yaml")
         if not path.is_file():
-            refuse(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
+            raise Refusal(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
         complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
         datasets = Datasets.of(config["datasets"], sources)
@@ -77,21 +77,21 @@ class Settings:
         entries, search, draws = self.datasets.entries, self.config["search"], self.config["draws"]
         trains = any(self.scenes(name, "train") for name in entries)
         if self.trained not in entries or (trains and not self.scenes(self.trained, "train")):
-            refuse(
+            raise Refusal(
                 f"training.dataset is {self.trained!r}, which has no `train` scenes among the "
                 f"datasets {list(entries)}",
                 "add it with train scenes, or name another; without any train scenes the scorers "
                 "that ship are measured",
             )
         if not self.evaluation_scenes:
-            refuse("no dataset has evaluation scenes", "the tables need at least one")
+            raise Refusal("no dataset has evaluation scenes", "the tables need at least one")
         listed = [name for name in entries if entries[name].get("protocol")]
         if listed and draws != 1:
             where = f"datasets.{listed[0]}.protocol"
-            refuse(f"draws is {draws}, and {where} has one", "set `draws: 1`")
+            raise Refusal(f"draws is {draws}, and {where} has one", "set `draws: 1`")
         if search["kept"] > search["stored"]:
-            kept, stored = search["kept"], search["stored"]
-            refuse(f"search: kept is {kept}, more than stored, {stored}", "raise search.stored")
+            found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"
+            raise Refusal(found, "raise search.stored")
         self._check_frames()
 
     def _check_frames(self) -> None:
@@ -99,7 +99,7 @@ class Settings:
         for name, role in product(entries, ROLES):
             needed, embedded = self.frames_needed(role), kinds_of(entries[name]) == ["embedded"]
             if embedded and self.scenes(name, role) and frames < needed:
-                refuse(
+                raise Refusal(
                     f"embedded.frames is {frames}, the {role} scenes of {name} need {needed}: "
                     "targets, as many proxies, and the largest budget",
                     "raise embedded.frames, or lower targets or budgets",
