@@ -30,7 +30,8 @@ def test_default_config_plans_every_job(tmp_path):
     total = sum(entry["train"] + entry["evaluation"] for entry in scenes) + labelled["validation"]
     assert jobs["generate"] == jobs["ingest"] == jobs["describe"] == total
     labels = labelled["train"] + labelled["validation"]
-    assert jobs["split_labelled"] == jobs["features_labelled"] == jobs["label"] == labels
+    assert jobs["split_labelled"] == jobs["features_labelled"] == labels
+    assert jobs["label"] == 5 * labels  # at each coverage level
     assert jobs["split"] == jobs["features"] == jobs["select"] == jobs["evaluate"] == evaluation
     assert jobs["train"] == jobs["train_no_appearance"] == 1
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
