@@ -158,7 +158,7 @@ def test_lpips_takes_the_place_of_gmsd(capture, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--metrics", "ssim,lpips"], "psnr is among them"),
+        (["--metrics", "ssim,lpips"], "psnr, which tables rank by"),
         (["--metrics", "psnr,mae"], "mae"),
     ],
 )

@@ -114,20 +114,17 @@ def _cameras(
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
     held = set(record.get("targets", {}).get("held_out", ()))
     bad = {entry["name"] for entry in record.get("bad") or () if entry["left_out"]}
-
-    def told(name: str) -> tuple[str, str]:
-        if name in picked:
-            entry = picked[name]
-            return "pick", f"pick {entry['order']} of {len(picked)}: {adds(entry)}"
-        if name in held:
-            return "held", "held out"
+    cameras = []
+    for name, picture in zip(names, pictures, strict=True):
+        order, note = None, reasons.get(name, "")
         state = "bad" if name in bad else "left" if record else "frame"
-        return state, reasons.get(name, "")
-
-    return [
-        viewer.ViewerCamera(name, *told(name), picture, picked.get(name, {}).get("order"))
-        for name, picture in zip(names, pictures, strict=True)
-    ]
+        if name in picked:
+            order = picked[name]["order"]
+            state, note = "pick", f"pick {order} of {len(picked)}: {adds(picked[name])}"
+        elif name in held:
+            state, note = "held", "held out"
+        cameras.append(viewer.ViewerCamera(name, state, note, picture, order))
+    return cameras
 
 
 def _page(sources: Sources, content: dict) -> str:
