@@ -64,11 +64,7 @@ def test_the_split_and_the_method_are_the_protocol_s(scene, tmp_path):
 @pytest.mark.parametrize(
     ("lists", "name", "said"),
     [
-        (
-            {"fold_8_kmeans_2_input": [1, 80]},
-            "abc",
-            r"_2_input: places \[80\]; allowed",
-        ),
+        ({"fold_8_kmeans_2_input": [1, 80]}, "abc", r"_2_input: places \[80\]; allowed"),
         ({"fold_8_kmeans_2_input": [1, 8]}, "abc", "are held out"),
         ({}, "abd", "no scene abd among its 2"),
     ],

@@ -11,7 +11,6 @@ import pytest
 from browsing import acted, needs_a_browser
 from plyfile import PlyData
 from small_captures import ring
-from splat_pages import drawn
 
 from fsel.core.capture import Capture
 from fsel.pages import viewer
@@ -61,6 +60,36 @@ return {
     .filter((name) => !/^(data|blob):/.test(name)),
 };
 """
+
+DRAWN = """
+await view.ready;
+const drawn = async (frames) => {{
+  for (let quiet = 0; quiet < frames;) {{
+    await new Promise(requestAnimationFrame);
+    quiet = view.spark.sorting || view.spark.dirty || view.asked ? 0 : quiet + 1;
+  }}
+}};
+await drawn(1);
+const shots = [];
+for (const at of {frames}) {{
+  view.fly(at, 0);
+  await drawn(4);
+  view.renderer.render(view.scene, view.camera);
+  shots.push(view.renderer.domElement.toDataURL());
+}}
+return shots;
+"""
+
+
+def drawn(page, frames, folder):
+    """What a browser draws at some cameras themselves, (n, height, width, 3) uint8."""
+    shown = f"#view {{ width: {SIZE[0]}px; height: {SIZE[1]}px;"
+    exact = page.replace("html, body, #view { height: 100%;", shown)
+    window = (500, SIZE[1] + 200)
+    shots = acted(exact, window, DRAWN.format(frames=list(map(int, frames))), folder)
+    files = [base64.b64decode(shot.partition(",")[2]) for shot in shots]
+    images = [cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR) for file in files]
+    return np.stack(images)[..., ::-1]
 
 
 @pytest.fixture(scope="module")
@@ -174,7 +203,7 @@ def test_the_script_has_its_packages_licences(page):
 @needs_a_browser
 def test_a_browser_draws_what_the_library_renders(page, capture, model, tmp_path):
     frames = np.array([0, 2, 4])
-    pictures, _ = drawn(page, SIZE, frames, tmp_path)
+    pictures = drawn(page, frames, tmp_path)
     rendered = GaussianModel.read_ply(model).render(capture.view(frames))
     errors = np.mean((pictures / 255 - rendered) ** 2, axis=(1, 2, 3))
     assert (-10 * np.log10(errors) >= 38).all()
