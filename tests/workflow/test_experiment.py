@@ -188,6 +188,4 @@ def test_patterns_keep_the_braces_that_are_not_theirs():
     assert inputs.of_draws(experiment(), "t.parquet", [3]) == [
         "<results>/{dataset}/{scene}/draw3/t.parquet"
     ]
-    assert inputs.captures(["a/b"], ["images"], "given_") == {
-        "given_images": ["<results>/a/b/images.npy"]
-    }
+    assert inputs.captures(["a/b"], ["images"]) == {"images": ["<results>/a/b/images.npy"]}

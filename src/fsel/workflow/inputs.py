@@ -6,7 +6,6 @@ Paths begin with `<results>`, `<tables>`, `<figures>` or `<downloads>`, which Sn
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from itertools import product
 from typing import Any
 
 from fsel.workflow.datasets import kinds_of
@@ -25,6 +24,7 @@ LABELS = "<results>/labels/{scene}/p{coverage}.parquet"
 WITHOUT_POINTS = ("frames", "images")
 CAPTURE = ("frames", "points", "images")
 DESCRIBED = (*CAPTURE, "descriptors")
+COSTED = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
 
 SHOWN = ("table", "numbers", "differences", "figures")  # outputs that the report shows
 
@@ -43,44 +43,26 @@ def figure_files(name: str) -> list[str]:
 
 def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
     """Expand a pattern with every combination of values; other braces stay as they are."""
-    texts = []
-    for combination in product(*(list(each) for each in values.values())):
-        text = pattern
-        for key, value in zip(values, combination, strict=True):
-            text = text.replace(f"{{{key}}}", str(value))
-        texts.append(text)
+    texts = [pattern]
+    for key, each in values.items():
+        options = list(map(str, each))
+        texts = [text.replace(f"{{{key}}}", value) for text in texts for value in options]
     return texts
 
 
 def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "") -> Paths:
-    """Map names to the files of a canonical capture.
-
-    Args:
-        kinds: keys of `FILES`.
-        folder: of the capture.
-        prefix: of the names, with an underscore at its end.
-    """
+    """Map kinds, keys of `FILES` with a prefix, to the files of a canonical capture."""
     return {f"{prefix}{kind}": f"{folder}/{FILES[kind]}" for kind in kinds}
 
 
-def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, prefix: str = "") -> Paths:
-    """Map names to the files of several canonical captures, one for each scene.
-
-    Args:
-        scenes: dataset/scene of each.
-        kinds: keys of `FILES`.
-        prefix: of the names, with an underscore at its end.
-    """
+def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE) -> Paths:
+    """Map kinds to the files of several canonical captures, one for each dataset/scene."""
     names = list(scenes)
-    return {f"{prefix}{kind}": [f"<results>/{n}/{FILES[kind]}" for n in names] for kind in kinds}
+    return {kind: [f"<results>/{n}/{FILES[kind]}" for n in names] for kind in kinds}
 
 
 def chosen(files: Callable[[Any], Paths], *names: str) -> Paths:
-    """Return files of some names that the wildcards decide, or that may be refused.
-
-    Args:
-        files: wildcards -> name -> file or files.
-    """
+    """Return the files of some names that a function of the wildcards decides, or refuses."""
 
     def of(name: str) -> Callable[[Any], Any]:
         return lambda wildcards: files(wildcards)[name]
@@ -147,12 +129,6 @@ def scorer_files(experiment: Experiment, policy: str) -> Paths:
     }
 
 
-def first_scorers(experiment: Experiment) -> list[str]:
-    """List the first seed of ours, and of each variant that is denied some features."""
-    policies = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
-    return [scorer_files(experiment, policy)["weights"][0] for policy in policies]
-
-
 def training(experiment: Experiment, policy: str) -> Paths:
     """Return how a policy is trained."""
     config = experiment.config["training"]
@@ -172,18 +148,13 @@ def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
 
 
 def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
-    """Return an input function: what the report prints beside an output of `SHOWN`.
-
-    Args:
-        title: of the table or figure; the name of a further reconstructor is added.
-        output: its name.
-    """
-    kind = "figure" if output == "figures" else "table"
-    form = {} if output == "figures" else {"form": "LaTeX" if output == "table" else "numbers"}
-    differences = ", differences" if output == "differences" else ""
+    """Return what the report prints beside an output of `SHOWN`, which names a reconstructor."""
 
     def labels(wildcards: Any) -> dict[str, str]:
         folder = getattr(wildcards, "reconstructor", "").rstrip("/")
-        return {kind: f"{title}{differences}" + (f", {folder}" if folder else ""), **form}
+        text = title + ", differences" * (output == "differences") + (f", {folder}" * bool(folder))
+        if output == "figures":
+            return {"figure": text}
+        return {"table": text, "form": "LaTeX" if output == "table" else "numbers"}
 
     return labels

@@ -23,15 +23,10 @@ STAND_INS = Path("config", "stand_ins.yaml")
 
 @dataclass(frozen=True)
 class Paper:
-    """The paper's tables and figures in one configuration.
-
-    Attributes:
-        experiment: the run's.
-        asks: whether programs must be here; the jobs of a run need not ask again.
-    """
+    """The paper's tables and figures in one configuration."""
 
     experiment: Experiment
-    asks: bool = True
+    asks: bool = True  # whether programs must be here; the jobs of a run need not ask again
 
     def targets(self) -> list[str]:
         """List the paths of the tables and figures that can be made; print what cannot, and why.
@@ -77,14 +72,8 @@ class Paper:
             "feature_sweep": (partial(scenes.tried, made, "feature_sweep"), labels),
             "scorer_arch": (partial(scenes.tried, made, "scorer_arch"), labels),
             "pose_sources": (partial(scenes.posed_twice, made),),
-            "transfer": (
-                partial(self.evaluations, TRANSFER, self.draws),
-                partial(self.budgets, "budgets"),
-            ),
-            "reconchoice": (
-                partial(self.evaluations, CHOICE, [0]),
-                partial(self.budgets, "inputs"),
-            ),
+            TRANSFER: (partial(self.evaluations, TRANSFER, []), partial(self.budgets, "budgets")),
+            CHOICE: (partial(self.evaluations, CHOICE, []), partial(self.budgets, "inputs")),
             "pipeline_figure": (labels,),
             "teaser": (),
             "qualitative": (),
@@ -110,13 +99,13 @@ class Paper:
 
     def _check_programs(self, section: str) -> None:
         if section == PICTURES:
-            own = self.pictured
-            requirements.check_reconstructors({own["name"]: own}, section)
-            return
-        checked = self.experiment.reconstructors.values()
-        sections = self.compared(section).items()
-        further = {name: part for name, part in sections if part not in checked}
-        requirements.check_reconstructors(further, f"{section}.reconstructions")
+            named, where = {self.pictured["name"]: self.pictured}, section
+        else:
+            checked = self.experiment.reconstructors.values()
+            compared = self.compared(section).items()
+            named = {name: part for name, part in compared if part not in checked}
+            where = f"{section}.reconstructions"
+        requirements.check_reconstructors(named, where)
 
     def library(self, rule: str, section: str) -> Choice:
         """Return an input function: the sources of a rule; it refuses missing programs."""
@@ -131,14 +120,9 @@ class Paper:
         return asked
 
     def check(self, configfiles: Sequence[str]) -> None:
-        """Refuse a run that needs what is not here, with one page of all of it.
+        """Refuse a run of some configuration files that needs what is not here, on one page.
 
-        Args:
-            configfiles: those that the run was given.
-
-        Raises:
-            Refusal: for a dataset that is not there, unless `allow_missing` is true or the labelled
-                one is among them; for anything else that is not there; for what is wrong in itself.
+        Datasets may be missing where `allow_missing` is true, but the labelled one.
         """
         experiment, datasets = self.experiment, self.experiment.datasets
         others = requirements.missing_programs(experiment)
@@ -215,13 +199,9 @@ class Paper:
 
     def evaluations(self, table: str, draws: Sequence[int]) -> list[str]:
         """List the evaluations of the held-out scenes by each reconstructor of a table."""
-        return [
-            path
-            for name in self.compared(table)
-            for path in inputs.of_scenes(
-                scenes.held_out(self.experiment), f"{name}/{table}.parquet", draws
-            )
-        ]
+        held_out = scenes.held_out(self.experiment)
+        files = [f"{name}/{table}.parquet" for name in self.compared(table)]
+        return [path for file in files for path in inputs.of_scenes(held_out, file, draws)]
 
     def described(self, table: str) -> dict[str, dict[str, Any]]:
         """Map each reconstructor of a table to what a caption says of it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from importlib.util import find_spec
 
@@ -21,7 +21,7 @@ from fsel.workflow.settings import PAGE
 
 def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
     """Refuse reconstructors that cannot work here, before any job."""
-    if lines := [line for own in named.items() for line in _missing_of(where, *own)]:
+    if lines := _missing_of((where, *each) for each in named.items()):
         raise MissingProgram("\n".join(lines), PAGE)
 
 
@@ -40,15 +40,13 @@ def missing_programs(experiment: Experiment) -> list[str]:
     named = [("reconstruction", *each) for each in experiment.reconstructors.items()]
     if experiment.labeller != experiment.reconstruction:
         named.append(("search.reconstruction", "labels", experiment.labeller))
-    lines = [line for each in named for line in _missing_of(*each)]
+    lines = _missing_of(named)
     for dataset, entry in experiment.datasets.entries.items():
         lines += _missing_poses(f"datasets.{dataset}.poses", entry["poses"])
     config = experiment.config
-    checks: list[tuple[Callable[..., object], Section]]
-    checks = [(appearance.check, config["appearance"])]
     own_lpips = experiment.wants_lpips and not experiment.fetches_lpips
-    if own_lpips:
-        checks.append((lpips.located, config["lpips"]))
+    checks: list[tuple[Callable[..., object], Section]] = [(appearance.check, config["appearance"])]
+    checks += [(lpips.located, config["lpips"])] if own_lpips else []
     for check, settings in checks:
         try:
             check(**settings)
@@ -57,10 +55,7 @@ def missing_programs(experiment: Experiment) -> list[str]:
         except ValueError as error:
             raise Refusal(str(error), PAGE) from error
     # a check ends at the file that it misses, and a page has all
-    wanted = {
-        "timm": config["appearance"]["kind"] == "dinov2",
-        "lpips": own_lpips,
-    }
+    wanted = {"timm": config["appearance"]["kind"] == "dinov2", "lpips": own_lpips}
     missing = [name for name, needed in wanted.items() if needed and not find_spec(name)]
     if missing:
         lines.append(f"packages {', '.join(missing)}: pip install 'fsel[weights]'")
@@ -80,9 +75,10 @@ def check_scorers(experiment: Experiment) -> None:
                 ) from error
 
 
-def _missing_of(where: str, name: str, section: Section) -> list[str]:
-    """List what a reconstructor needs and is not here; the first line says whose it is."""
-    return _lacking(f"{where}, {name}", partial(check_needs, section))
+def _missing_of(named: Iterable[tuple[str, str, Section]]) -> list[str]:
+    """List what reconstructors need and is not here: the key, the name and the section of each."""
+    checks = [(f"{where}, {name}", partial(check_needs, section)) for where, name, section in named]
+    return [line for each in checks for line in _lacking(*each)]
 
 
 def _missing_poses(where: str, poses: str | Section) -> list[str]:

@@ -16,6 +16,13 @@ from fsel.workflow.settings import Scene
 Scenes = list[Scene]
 
 
+def _some(scenes: Scenes, none: str, hint: str) -> Scenes:
+    """Return scenes; refuse a configuration in which there are none."""
+    if not scenes:
+        raise Refusal(none, hint)
+    return scenes
+
+
 def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> dict[str, Any]:
     """Return params of a table: its `scenes`, and the `facts` for its caption."""
 
@@ -65,13 +72,11 @@ def evaluated(experiment: Experiment) -> Scenes:
 def held_out(experiment: Experiment) -> Scenes:
     """List the evaluation scenes of the labelled dataset, at least one."""
     trained = experiment.trained
-    scenes = experiment.scenes(trained, "evaluation")
-    if not scenes:
-        raise Refusal(
-            f"{trained} has no evaluation scenes",
-            "this experiment is made on evaluation scenes of training.dataset",
-        )
-    return [(trained, scene) for scene in scenes]
+    return _some(
+        [(trained, scene) for scene in experiment.scenes(trained, "evaluation")],
+        f"{trained} has no evaluation scenes",
+        "this experiment is made on evaluation scenes of training.dataset",
+    )
 
 
 def held_out_problems(experiment: Experiment) -> list[str]:
@@ -108,13 +113,12 @@ def rooms(experiment: Experiment) -> Scenes:
             f"crosscapture.held_out: {unknown} are no evaluation scenes",
             "it names datasets, their scenes, and passes of each",
         )
-    if not scenes:
-        raise Refusal(
-            "no dataset with evaluation scenes was filmed in several passes",
-            "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
-            "true`, or crosscapture.held_out",
-        )
-    return scenes
+    return _some(
+        scenes,
+        "no dataset with evaluation scenes was filmed in several passes",
+        "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: true`, or "
+        "crosscapture.held_out",
+    )
 
 
 def passes(experiment: Experiment, wildcards: Any) -> list[str]:
@@ -126,34 +130,28 @@ def passes(experiment: Experiment, wildcards: Any) -> list[str]:
 
 def of_objects(experiment: Experiment) -> Scenes:
     """List the captures of an object, at least one."""
-    scenes = experiment.with_role("object")
-    if not scenes:
-        raise Refusal(
-            "no dataset has `object` scenes",
-            "the object-centric experiment needs captures with masks of an object",
-        )
-    return scenes
+    return _some(
+        experiment.with_role("object"),
+        "no dataset has `object` scenes",
+        "the object-centric experiment needs captures with masks of an object",
+    )
 
 
 def tried(experiment: Experiment, table: str) -> Scenes:
     """List the scenes on which `feature_sweep` or `scorer_arch` compares rows, at least one."""
     named = experiment.config["trials"]["scenes"][table]
-    if named:
-        there = {d: role for d, role in named.items() if d in experiment.datasets.entries}
-        chosen = [(d, s) for d, role in there.items() for s in experiment.scenes(d, role)]
-        if not chosen:
-            raise Refusal(
-                f"trials.scenes.{table} is {named}, of which no scene is there",
-                "leave it out for the validation scenes of all datasets",
-            )
-        return chosen
-    every = experiment.with_role("validation")
-    if not every:
-        raise Refusal(
+    if not named:
+        return _some(
+            experiment.with_role("validation"),
             "no dataset has validation scenes",
             "features and scorers are compared on them unless trials.scenes says otherwise",
         )
-    return every
+    there = {d: role for d, role in named.items() if d in experiment.datasets.entries}
+    return _some(
+        [(d, s) for d, role in there.items() for s in experiment.scenes(d, role)],
+        f"trials.scenes.{table} is {named}, of which no scene is there",
+        "leave it out for the validation scenes of all datasets",
+    )
 
 
 def posed_twice(experiment: Experiment) -> Scenes:

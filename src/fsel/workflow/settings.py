@@ -27,31 +27,18 @@ Scene = tuple[str, str]  # dataset, scene
 
 @dataclass(frozen=True)
 class Settings:
-    """A configuration with its defaults, whose parts fit together: scenes, problems and seeds.
+    """A configuration with its defaults, whose parts fit together: scenes, problems and seeds."""
 
-    Attributes:
-        config: every key with its value; `datasets` are those that are there.
-        folder: of the workflow, where `workflow`, `config` and `src` lie.
-        datasets: where their captures are, and which are missing.
-        reconstructors: name -> section of those that evaluate; the first labels too.
-        labeller: section of the reconstructor that labels.
-        without_lpips: why GMSD stands in the place of LPIPS; empty where it does not.
-    """
-
-    config: Mapping[str, Any]
-    folder: Path
+    config: Mapping[str, Any]  # every key with its value; `datasets` are those that are there
+    folder: Path  # of the workflow, where `workflow`, `config` and `src` lie
     datasets: Datasets
-    reconstructors: Mapping[str, Section]
-    labeller: Section
-    without_lpips: str = ""
+    reconstructors: Mapping[str, Section]  # those that evaluate, by name; the first labels too
+    labeller: Section  # the reconstructor that labels
+    without_lpips: str = ""  # why GMSD stands in the place of LPIPS; empty where it does not
 
     @classmethod
     def load(cls, config: dict[str, Any], folder: Path) -> Self:
-        """Complete a configuration and take it apart; datasets that are not there are left out.
-
-        Args:
-            config: as it was read; defaults are put in.
-            folder: of the workflow.
+        """Put defaults into a configuration and take it apart, without datasets that are not there.
 
         Raises:
             Refusal: for an unknown key, a value that is not allowed, or keys that do not fit
