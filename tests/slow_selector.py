@@ -1,5 +1,7 @@
 """The scorer's inputs, one number at a time: the slow twin of the greedy loops."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fsel.experiments.studies.hard_cases.worlds import random_weights
@@ -16,10 +18,8 @@ POLICIES = {
     "fsel": SHIPPED["fsel"],
     "fsel_rule": SHIPPED["fsel_rule"],
     "sum": Policy("sum", "sum", "candidates", "proxies", FEATURES, Linear),
-    "every_linear": Policy(
-        *("every_linear", "every", "observed", "targets", NAMES, Linear), points=True
-    ),
 }
+POLICIES["every_linear"] = replace(POLICIES["every"], name="every_linear", kind=Linear)
 
 
 def random_scorer(policy, seed, gain=1.0):
@@ -107,24 +107,21 @@ def slow_relations(problem, frames, views, left, picked, target_gain):
     ]
     common = np.mean(points, axis=0)
 
-    def over(measure, best):
-        return [best(measure(frames[i], frames[j]) for j in picked) for i in left]
+    def over(measure, values, best):
+        rows = [[measure(values[frames[i]], values[frames[j]]) for j in picked] for i in left]
+        return [best(row) for row in rows] if best else slow_spread(rows)
 
-    centers, axes, described = capture.centers, capture.axes, problem.descriptors.astype(float)
-    if target_gain:
-        bearings = centers - common
-        bearings /= np.linalg.norm(bearings, axis=1, keepdims=True)
-        compared = {"d_min_s": centers, "gamma_min_s": axes, "phi_nov": bearings}
-        spread = {}
-        for name, place in compared.items():
-            at, picks = place[frames[left]], place[frames[picked]]
-            spread[name] = slow_spread([[np.linalg.norm(p - j) for j in picks] for p in at])
-        return spread | {"rho_max_s": over(lambda i, j: described[i] @ described[j], max)}
+    def apart(a, b):
+        return np.linalg.norm(a - b)
+
+    bearings = capture.centers - common
+    bearings /= np.linalg.norm(bearings, axis=1, keepdims=True)
+    turn, nearest = (apart, None) if target_gain else (angle, min)
     return {
-        "d_min_s": over(lambda i, j: np.linalg.norm(centers[i] - centers[j]), min),
-        "gamma_min_s": over(lambda i, j: angle(axes[i], axes[j]), min),
-        "rho_max_s": over(lambda i, j: described[i] @ described[j], max),
-        "phi_nov": over(lambda i, j: angle(centers[i] - common, centers[j] - common), min),
+        "d_min_s": over(apart, capture.centers, nearest),
+        "gamma_min_s": over(turn, capture.axes, nearest),
+        "rho_max_s": over(np.dot, problem.descriptors.astype(float), max),
+        "phi_nov": over(turn, bearings, nearest),
     }
 
 
@@ -174,9 +171,8 @@ def slow_visibility(problem, frames, views):
     centers = problem.capture.centers[frames]
     depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
     columns = []
-    for pose, (fx, fy, cx, cy), center in zip(
-        views.world_to_camera, views.intrinsics, views.centers, strict=True
-    ):
+    posed = zip(views.world_to_camera, views.intrinsics, views.centers, strict=True)
+    for pose, (fx, fy, cx, cy), center in posed:
         for z in depth * np.array([0.5, 1, 2, 4]):
             for across, down in np.ndindex(6, 5):
                 x, y = (across + 0.5) * width / 6, (down + 0.5) * height / 5

@@ -15,12 +15,7 @@ from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
 from fsel.selectors.baselines.fisher_rf import Information
-from fsel.selectors.baselines.splat_views import (
-    START,
-    Blends,
-    blend,
-    greedy_on_splats,
-)
+from fsel.selectors.baselines.splat_views import START, Blends, blend, greedy_on_splats
 from fsel.synthetic import record
 
 K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels
@@ -50,7 +45,7 @@ def plain_blend(splats, pose, k, width, height):
     n = splats.shape[1]
     camera = pose[:, :3] @ splats[:3] + pose[:, 3:]
     clear = np.ones((height, width))
-    weight, square = np.zeros(n), np.zeros(n)
+    weight, square = np.zeros((2, n))
     mantissa, exponent = np.frexp(camera[2])
     for i in np.argsort(np.floor(mantissa * 2**11) * 2.0**exponent, kind="stable"):
         x, y, z = camera[:, i]
@@ -117,19 +112,11 @@ def test_blending_against_a_plain_loop(seed):
 
 def by_hand(views):
     """Blends of two splats from (splat, weight, square) entries, one list a view."""
-    entries = np.array([entry for view in views for entry in view])
-    size = len(views)
-    return Blends(
-        splats_of([0, 0, 1, 1], [0.5, 0, 1, 1]),
-        np.tile(FRONT, (size, 1, 1)),
-        np.tile(K, (size, 1)),
-        (8, 6),
-        np.cumsum([0, *map(len, views)]),
-        entries[:, 0].astype(np.int32),
-        entries[:, 1].astype(np.float32),
-        entries[:, 2].astype(np.float32),
-        np.array([len(view) for view in views]),
-    )
+    index, *sums = np.array([entry for view in views for entry in view]).T.astype(np.float32)
+    size, counts = len(views), np.array([len(view) for view in views])
+    filled = np.append(0, np.cumsum(counts)), index.astype(np.int32), *sums, counts
+    splats = splats_of([0, 0, 1, 1], [0.5, 0, 1, 1])
+    return Blends(splats, np.tile(FRONT, (size, 1, 1)), np.tile(K, (size, 1)), (8, 6), *filled)
 
 
 def test_information_by_hand():
@@ -240,43 +227,31 @@ def test_picks_of_a_filmed_scene_follow_neither_the_world_nor_the_order(filmed, 
     np.testing.assert_array_equal(picks, order[select(name, permuted(filmed, order), 14)])
 
 
+class Lowest:
+    """A criterion by which the lowest free frame is worth most."""
+
+    def __init__(self, blends):
+        self.blends, self.rows = blends, []
+
+    def scores(self):
+        return -np.arange(float(len(self.blends.covered)))
+
+    def add(self, row):
+        self.rows.append(row)
+
+
 def test_fits_are_made_anew_whenever_the_picks_have_doubled():
-    told = []
-
-    class First:
-        """Worth most: the lowest free frame."""
-
-        def __init__(self, blends):
-            self.count = len(blends.covered)
-            told.append([])
-
-        def scores(self):
-            return -np.arange(float(self.count))
-
-        def add(self, row):
-            told[-1].append(row)
-
-    problem = random_problem(40)
-    picks = greedy_on_splats(problem, 20, First)
+    problem, made = random_problem(40), []
+    picks = greedy_on_splats(problem, 20, lambda blends: made.append(Lowest(blends)) or made[-1])
     rows = np.searchsorted(problem.observed, picks).tolist()
-    assert told == [rows[:8], rows[:16], rows[:20]]
+    assert [one.rows for one in made] == [rows[:8], rows[:16], rows[:20]]
     free = [row for row in range(len(problem.observed)) if row not in rows[:START]]
     assert rows[START:] == free[: 20 - START]
 
 
 def test_splats_lie_where_the_views_look(filmed):
     """Fitted splats and the views that they are blended into share one frame."""
-    shares = []
-
-    class Watching:
-        def __init__(self, blends):
-            self.blends = blends
-
-        def scores(self):
-            return -np.arange(float(len(self.blends.covered)))
-
-        def add(self, row):
-            shares.append(self.blends.covered[row] / np.prod(self.blends.size))
-
-    greedy_on_splats(filmed, START + 1, Watching)
-    assert min(shares[:START]) > 0.6
+    made = []
+    greedy_on_splats(filmed, START + 1, lambda blends: made.append(Lowest(blends)) or made[-1])
+    blends = made[0].blends
+    assert blends.covered[made[0].rows[:START]].min() > 0.6 * np.prod(blends.size)
