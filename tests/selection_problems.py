@@ -69,14 +69,8 @@ def problem_on(capture, targets=4, seed=0, width=12):
     descriptors = rng.normal(size=(len(capture), width))
     descriptors /= np.linalg.norm(descriptors, axis=1, keepdims=True)
     split = evaluation_split(capture, 0, seed, targets=targets)
-    return Problem(
-        capture=capture,
-        candidates=split.candidates,
-        proxies=split.proxies,
-        targets=capture.view(split.targets),
-        descriptors=descriptors.astype(np.float32),
-        sharpness=rng.uniform(10, 900, len(capture)),
-    )
+    seen = descriptors.astype(np.float32), rng.uniform(10, 900, len(capture))
+    return problem_of(capture, split.proxies, split.candidates, split.targets, *seen)
 
 
 def problem_of(capture, proxies, candidates, targets=(0, 1), descriptors=None, sharpness=None):

@@ -46,9 +46,7 @@ def test_opposite_gradients_are_one_edge():
     step[:, :, 16:] = 200
     ramp = descriptors(step, "lab_hog")[0, 48:]
     mirrored = descriptors(step[:, :, ::-1], "lab_hog")[0, 48:]
-    np.testing.assert_allclose(
-        ramp / np.linalg.norm(ramp), mirrored / np.linalg.norm(mirrored), atol=1e-5
-    )
+    np.testing.assert_allclose(ramp, mirrored, atol=1e-5)
 
 
 @pytest.mark.parametrize("level", [0, 90, 255])

@@ -59,13 +59,10 @@ def test_of_many_frames_the_nearest_are_asked():
 
 
 def test_visibility_counts_are_summed_over_the_rows_that_a_view_asks():
-    visible = Visibility(
-        np.array([[2, 0], [0, 1]]), np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [1, 1]]])
-    )
-    np.testing.assert_array_equal(
-        visibility_counts(visible, np.array([0, 2])), [[1, 0.75], [0.25, 0]]
-    )
-    np.testing.assert_array_equal(visibility_counts(visible, np.array([], int)), np.zeros((2, 2)))
+    seen = np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [1, 1]]])
+    visible = Visibility(np.array([[2, 0], [0, 1]]), seen)
+    for rows, counts in (([0, 2], [[1, 0.75], [0.25, 0]]), ([], np.zeros((2, 2)))):
+        np.testing.assert_array_equal(visibility_counts(visible, np.array(rows, int)), counts)
 
 
 def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_counts():
@@ -102,16 +99,3 @@ def test_every_view_frame_and_point_for_itself():
     ]
     assert 0.05 < np.mean(np.array(want) > 0) < 0.95
     np.testing.assert_allclose(visible.seen, want, rtol=1e-9)
-
-
-def test_gain_one_by_one():
-    rng = np.random.default_rng(1)
-    nearest = np.array([rng.permutation(9)[:6] for _ in range(4)])
-    visible, rates = Visibility(nearest, rng.uniform(size=(4, 6, 7))), rng.uniform(size=(4, 7))
-    want = np.zeros(9)
-    for o in range(4):
-        for m in range(6):
-            for q in range(7):
-                worth = (1 + rates[o, q]) * np.exp(-rates[o, q])
-                want[nearest[o, m]] += visible.seen[o, m, q] * worth / (4 * 7)
-    np.testing.assert_allclose(visibility_gain(visible, rates, 9), want, rtol=1e-12)

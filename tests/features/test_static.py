@@ -12,14 +12,7 @@ from slow_selector import angle
 from fsel.core.files import read_table, write_table
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
-from fsel.features.static import (
-    SIGNS,
-    UNITS,
-    features_table,
-    mvsnet_score,
-    static_features,
-    with_features,
-)
+from fsel.features.static import SIGNS, UNITS, features_table, static_features, with_features
 from fsel.selectors.policies import KNOWN
 
 
@@ -102,20 +95,6 @@ def test_features_by_hand():
     assert values["b_par"] == 10
     assert values["c_vis"] == 0  # 90 degrees off the axis
     assert values["sharpness"] == 5
-
-
-def test_the_mvsnet_score_by_hand():
-    degrees = np.array([5.0, 4.0, 3.0, 15.0, 25.0])
-    want = np.exp([0, -0.5, -2, -0.5, -2])
-    np.testing.assert_allclose(mvsnet_score(np.radians(degrees)), want)
-
-
-def test_targets_as_reference_keep_appearance_on_the_proxies():
-    problem = random_problem(20)
-    ours = static_features(problem, problem.candidates, proxies_of(problem))
-    theirs = static_features(problem, problem.candidates, problem.targets)
-    np.testing.assert_array_equal(ours[:, 5:8], theirs[:, 5:8])
-    assert (ours[:, 0] != theirs[:, 0]).all()
 
 
 def test_without_appearance_no_descriptor_is_read():

@@ -64,11 +64,7 @@ def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
     assert np.isfinite(chosen.scores).all()
     model = fsel.fit(capture, chosen.indices)
     scores = fsel.evaluate(capture, model, np.array([0, 6, 12, 18]))
-    assert {name: values.shape for name, values in scores.items()} == {
-        "psnr": (4,),
-        "ssim": (4,),
-        "gmsd": (4,),
-    }
+    assert {name: len(of) for name, of in scores.items()} == {"psnr": 4, "ssim": 4, "gmsd": 4}
     model.export_ply(tmp_path / "scene.ply")
     assert (tmp_path / "scene.ply").stat().st_size > 100
 
@@ -108,20 +104,15 @@ def test_methods_with_appearance_take_the_descriptors_given(folder):
 def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch):
     capture = fsel.read_capture(folder, long_side=64)
     measured = []
-
-    def measure(images):
-        measured.append(len(images))
-        return np.ones(len(images))
-
-    monkeypatch.setattr(selection, "measure_sharpness", measure)
+    monkeypatch.setattr(
+        selection, "measure_sharpness", lambda images: measured.append(len(images)) or np.ones(24)
+    )
     first = fsel.select(capture, 6, patience=0, sharpness=np.zeros(24))
     fsel.select(capture, 6, method="uniform")
     assert not measured
     assert fsel.select(capture, 6, patience=0).names == first.names
     fsel.select(capture, 6, method="sharpest")
     assert measured == [24]
-    assert method_of("fsel").reads == ()
-    assert method_of("dpp").reads == ("appearance",)
 
 
 def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
@@ -180,15 +171,11 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
 
 def test_weights_of_one_s_own_take_the_place_of_those_that_come_with_the_package(folder, tmp_path):
     capture = fsel.read_capture(folder, long_side=64)
-    scorer = Network(
-        random_weights(5), {"policy": "less_is_more_no_appearance", "made by": "a test"}
-    )
-    scorer.save(tmp_path / "mine.safetensors")
-    mine = fsel.select(capture, 6, targets="every:6", weights=tmp_path / "mine.safetensors")
-    named = fsel.select(
-        capture, 6, "every:6", "less_is_more_no_appearance", weights=tmp_path / "mine.safetensors"
-    )
-    shipped = fsel.select(capture, 6, targets="every:6", method="less_is_more_no_appearance")
+    name, file = "less_is_more_no_appearance", tmp_path / "mine.safetensors"
+    Network(random_weights(5), {"policy": name, "made by": "a test"}).save(file)
+    mine = fsel.select(capture, 6, "every:6", weights=file)
+    named = fsel.select(capture, 6, "every:6", name, weights=file)
+    shipped = fsel.select(capture, 6, "every:6", name)
     assert mine.names == named.names
     np.testing.assert_array_equal(mine.scores, named.scores)
     assert not np.array_equal(mine.scores, shipped.scores)

@@ -113,42 +113,37 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("asked", "said"),
     [
-        ((3, 5), r"capture is 3 \(int\); expected a folder, a video, a Capture"),
-        (("ring", 2.5), r"k is 2\.5 \(float\); expected a whole number, 'auto' or fsel\.Auto"),
-        (("ring", True), r"k is True \(bool\); expected"),
-        (("ring", "many"), "k is 'many'; allowed: a number of frames, or 'auto'"),
-        (("ring", "auto", None, "kmedoids"), "method is 'kmedoids'.*allowed: fsel, .*Hint"),
-        (("ring", 5, 7), r"targets is 7 \(int\); expected names or numbers of the 24 frames"),
-        (("ring", 5, [0.5]), r"targets is \[0\.5\] \(list\); expected names or numbers"),
-        (("ring", 5, np.zeros((2, 2, 2))), r"targets are an array of \(2, 2, 2\) float64"),
-        (("ring", 5, np.zeros((2, 3, 4))), "target 0.*determinant 0"),
-        (("ring", 5, None, 7), r"method is 7 \(int\); expected a key of fsel\.METHODS"),
-        (("ring", 5, None, "unifrom"), "Hint: did you mean 'uniform'"),
-        (("ring", 5, None, None, "x"), r"seed is 'x' \(str\); expected a whole number"),
+        ({"k": 2.5}, r"k is 2\.5 \(float\); expected a whole number, 'auto' or fsel\.Auto"),
+        ({"k": True}, r"k is True \(bool\); expected"),
+        ({"k": "many"}, "k is 'many'; allowed: a number of frames, or 'auto'"),
+        ({"k": "auto", "method": "kmedoids"}, "method is 'kmedoids'.*allowed: fsel, .*Hint"),
+        ({"targets": 7}, r"targets is 7 \(int\); expected names or numbers of the 24 frames"),
+        ({"targets": [0.5]}, r"targets is \[0\.5\] \(list\); expected names or numbers"),
+        ({"targets": np.zeros((2, 2, 2))}, r"targets are an array of \(2, 2, 2\) float64"),
+        ({"targets": np.zeros((2, 3, 4))}, "target 0.*determinant 0"),
+        ({"method": 7}, r"method is 7 \(int\); expected a key of fsel\.METHODS"),
+        ({"method": "unifrom"}, "Hint: did you mean 'uniform'"),
+        ({"seed": "x"}, r"seed is 'x' \(str\); expected a whole number"),
+        ({"weights": 3}, r"weights is 3 \(int\); expected a file"),
+        ({"patience": "x"}, r"patience is 'x' \(str\); .* seconds"),
+        ({"never": 3}, r"frames is 3 \(int\); expected names or num"),
     ],
 )
-def test_wrong_arguments_say_what_was_expected(arguments, said, ring):
-    first = ring if arguments[0] == "ring" else arguments[0]
+def test_wrong_arguments_say_what_was_expected(asked, said, ring):
     with pytest.raises((TypeError, ValueError), match=said):
-        fsel.select(first, *arguments[1:])
+        fsel.select(ring, **{"k": 5} | asked)
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda ring: fsel.select(ring, 5, weights=3), r"weights is 3 \(int\); expected a file"),
-        (lambda ring: fsel.select(ring, 5, patience="x"), r"patience is 'x' \(str\); .* seconds"),
-        (lambda ring: fsel.select(ring, 5, never=3), r"frames is 3 \(int\); expected names or num"),
-        (lambda ring: fsel.read_capture(3), r"path is 3 \(int\); expected a folder"),
-        (lambda ring: fsel.bad_frames(3), r"path is 3 \(int\); expected a folder"),
-        (lambda ring: fsel.read_capture(ring, long_side="x"), "long_side is 'x' .* of pixels"),
-    ],
-)
-def test_wrong_options_say_what_was_expected(call, said, ring):
-    with pytest.raises(TypeError, match=said):
-        call(ring)
+def test_what_is_no_capture_is_refused(ring):
+    with pytest.raises(TypeError, match=r"capture is 3 \(int\); expected a folder, a video, a Cap"):
+        fsel.select(3, 5)
+    for call in (fsel.read_capture, fsel.bad_frames):
+        with pytest.raises(TypeError, match=r"path is 3 \(int\); expected a folder"):
+            call(3)
+    with pytest.raises(TypeError, match=r"long_side is 'x' .* of pixels"):
+        fsel.read_capture(ring, long_side="x")
 
 
 def test_targets_as_poses_names_numbers_or_a_mask(capture):

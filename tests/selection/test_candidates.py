@@ -22,15 +22,10 @@ def test_middles_of_equal_stretches():
 
 def test_a_distance_is_what_centres_and_sight_move_in_depths():
     turn = Rotation.from_euler("y", 60, degrees=True).as_matrix()
-    capture = capture_of(
-        np.array([[0, 0, 0], [3.0, 0, 0], [0, 0, 0]]), [np.eye(3), np.eye(3), turn]
-    )
-    seen = SparsePoints(
-        xyz=np.array([[0.0, 0, 2], [3, 0, 2], turn.T @ [0, 0, 2]]),
-        rgb=np.zeros((3, 3), np.uint8),
-        track_point=np.arange(3),
-        track_frame=np.arange(3),
-    )
+    places = np.array([[0, 0, 0], [3.0, 0, 0], [0, 0, 0]])
+    capture = capture_of(places, [np.eye(3), np.eye(3), turn])
+    xyz = np.array([[0.0, 0, 2], [3, 0, 2], turn.T @ [0, 0, 2]])
+    seen = SparsePoints(xyz, np.zeros((3, 3), np.uint8), np.arange(3), np.arange(3))
     found = scene_distances(replace(capture, points=seen), np.arange(3))
     assert found[0, 1] == pytest.approx((3 + 3) / 2)
     assert found[0, 2] == pytest.approx((0 + 2) / 2)  # a chord of 60 degrees
@@ -89,12 +84,8 @@ def test_no_single_exchange_makes_covisible_picks_better(held):
 
 
 def test_two_groups_that_share_no_point_get_a_pick_each():
-    seen = SparsePoints(
-        xyz=np.array([[0.0, 0, 400], [50, 0, 400]]),
-        rgb=np.zeros((2, 3), np.uint8),
-        track_point=np.array([0, 0, 0, 0, 1, 1]),
-        track_frame=np.array([0, 1, 2, 3, 4, 5]),
-    )
+    xyz, point = np.array([[0.0, 0, 400], [50, 0, 400]]), np.array([0, 0, 0, 0, 1, 1])
+    seen = SparsePoints(xyz, np.zeros((2, 3), np.uint8), point, np.arange(6))
     capture = replace(in_line([0, 1, 2, 3, 49, 51]), points=seen)
     problem = problem_of(capture, [0, 1], np.arange(6))
     picks = covisible(problem, np.arange(6), 2)

@@ -5,10 +5,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from selection_problems import capture_of
+from selection_problems import around, capture_of
 from small_captures import ring
 
-from fsel.core.capture import Views
 from fsel.selection import focus
 from fsel.selection.problem import request_problem
 from fsel.selection.targets import targets_of
@@ -28,10 +27,10 @@ def test_views_off_the_path_are_served_where_nothing_is_asked_for(circle):
 
 
 def test_a_long_path_is_thinned_evenly_with_both_ends(circle):
-    poses = ring(200)
-    targets = targets_of(circle, Views(poses, np.tile(circle.intrinsics[0], (200, 1)), (64, 48)))
-    assert len(targets.views) == 60
-    np.testing.assert_array_equal(targets.views.world_to_camera[[0, -1]], poses[[0, -1]])
+    path = around(ring(200)).views
+    views = targets_of(circle, path).views
+    assert len(views) == 60
+    np.testing.assert_array_equal(views.world_to_camera[[0, -1]], path.world_to_camera[[0, -1]])
 
 
 def test_frames_are_held_out_by_name_and_by_number(circle):
@@ -78,11 +77,10 @@ def test_a_wish_that_cannot_be_met_is_refused_for_its_own_reason(circle):
 def test_views_of_another_world_are_told(circle):
     poses = ring(4)
     poses[3, :, 3] += [0, 0, 50]
-    intrinsics = np.tile(circle.intrinsics[0], (4, 1))
-    targets = targets_of(circle, Views(poses, intrinsics, (64, 48)))
+    targets = targets_of(circle, around(poses).views)
     np.testing.assert_array_equal(targets.far, [False, False, False, True])
     with pytest.raises(ValueError, match="another world frame"):
-        targets_of(circle, Views(poses[3:], intrinsics[3:], (64, 48)))
+        targets_of(circle, around(poses[3:]).views)
 
 
 @pytest.mark.parametrize("request_", [None, "trajectory", f"every:{10**30}"])

@@ -65,22 +65,6 @@ def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
     np.testing.assert_allclose(scores, want_scores, rtol=1e-6)
 
 
-def test_what_is_not_read_may_be_anything():
-    problem, policy = random_problem(40, 3), SHIPPED["fsel"]
-    rows, scores = greedy(policy.prepare(problem), pretrained.method().scorer, 20)
-    unread = replace(
-        problem,
-        sharpness=np.full(40, np.nan),
-        descriptors=np.full((40, 5), np.nan, np.float32),
-    )
-    again, same = greedy(policy.prepare(unread), pretrained.method().scorer, 20)
-    np.testing.assert_array_equal(again, rows)
-    np.testing.assert_array_equal(same, scores)
-    assert policy.reads == ()
-    assert SHIPPED["less_is_more_no_appearance"].reads == ("sharpness",)
-    assert SHIPPED["less_is_more"].reads == ("appearance", "sharpness")
-
-
 @policies
 def test_training_sees_what_greedy_sees(policy):
     problem = random_problem(40, 2)

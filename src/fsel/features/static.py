@@ -87,12 +87,16 @@ def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) ->
     to_reference = directions(references.centers, points)
     triangulation = viewing_angles(to_candidate, to_reference[None])
     offset = centers[:, None] - references.centers[None]
+    # MVSNet's view-selection score of a triangulation angle (Yao et al. 2018)
+    degrees = np.degrees(triangulation)
+    spread = np.where(degrees <= MVSNET_ANGLE, *MVSNET_SPREAD)
+    score = np.exp(-((degrees - MVSNET_ANGLE) ** 2) / (2 * spread**2))
     along = np.einsum("noi,oi->no", offset, references.axes)
     across = lengths(offset - along[..., None] * references.axes[None])
     seen = viewing_angles(-to_candidate, capture.axes[pool][:, None])
     half_fov = capture.views.half_fov[pool]
     return [
-        mvsnet_score(triangulation).max(axis=1),
+        score.max(axis=1),
         triangulation.mean(axis=1),
         across.mean(axis=1),
         along.mean(axis=1),
@@ -109,13 +113,6 @@ def proxy_points(problem: Problem, references: Views) -> np.ndarray:
         return np.tile(problem.focus, (len(references), 1))
     centroid = problem.capture.centers[problem.candidates].mean(axis=0)
     return reference_points(references.centers, references.axes, centroid)
-
-
-def mvsnet_score(angle: np.ndarray) -> np.ndarray:
-    """MVSNet's view-selection score of a triangulation angle in radians (Yao et al. 2018)."""
-    degrees = np.degrees(angle)
-    spread = np.where(degrees <= MVSNET_ANGLE, *MVSNET_SPREAD)
-    return np.exp(-((degrees - MVSNET_ANGLE) ** 2) / (2 * spread**2))
 
 
 def features_table(problem: Problem) -> dict[str, Any]:

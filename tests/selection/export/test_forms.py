@@ -44,7 +44,6 @@ def test_test_frames_come_with_the_points_that_the_picks_see(capture, tmp_path):
     for key, point in train.points3D.items():
         np.testing.assert_array_equal(test.points3D[key].xyz, point.xyz)
     assert len(test.points3D) == len(train.points3D)
-    assert max(point.track.length() for point in test.points3D.values()) >= 1
 
 
 @pytest.mark.parametrize(("points", "count"), [("all", 80), ("none", 0)])
@@ -81,11 +80,8 @@ def test_images_and_cameras_are_reduced_together(tmp_path):
     out = tmp_path / "out"
     assert select(tmp_path / "capture", "-k", 4, "--long-side", 32, "-o", out) == 0
     content = json.loads((out / "transforms.json").read_text())
-    assert [content[key] for key in ("w", "h", "fl_x", "fl_y", "cx", "cy")] == [
-        *(32, 24),
-        *(30, 30.5, 16, 12),
-    ]
-    assert content["k1"] == -0.05
+    keys = ("w", "h", "fl_x", "fl_y", "cx", "cy", "k1")
+    assert [content[key] for key in keys] == [32, 24, 30, 30.5, 16, 12, -0.05]
     assert all(image_files.load(path).shape == (24, 32, 3) for path in (out / "images").iterdir())
     check_points(model_of(out))
     assert not (out / "scene.json").exists()  # Long-LRM knows no distortion
@@ -109,7 +105,6 @@ def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys)
     assert reasons[f"frame_{picks[2]:03d}.jpg"] == "is never to be selected"
     for more, said in (
         (["-k", 1, "--always", always], "k is 1, and 2 are to be selected always"),
-        (["-k", 4, "--always", always, "--never", always], "frame 'frame_002.jpg'"),
         (["-k", 4, "--always", always, "--method", "fvs"], "a method that scores them (fsel,"),
         (["-k", 20, "--never", never, "--targets", "every:8"], "being unwanted"),
         (["-k", 4, "--never", tmp_path / "no.txt"], "no such file of frame names"),

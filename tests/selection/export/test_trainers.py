@@ -82,11 +82,9 @@ def test_nerfstudio_reads_a_selection_and_its_split(out, tmp_path):
         assert alone[part]["names"] == list(whole.names)
         assert split[part]["names"] == (list(whole.names) if part == "train" else held)
     assert (alone["train"]["size"], alone["train"]["focal"]) == ([64, 48], [60.0, 61.0])
-    found = np.array(alone["train"]["poses"])
-    expected = [invert_pose(pose) for pose in whole.world_to_camera]
-    expected = np.array(expected)
+    expected = np.array([invert_pose(pose) for pose in whole.world_to_camera])
     expected[:, :, :3] = expected[:, :, :3] @ OPENGL_TO_OPENCV
-    np.testing.assert_allclose(found, expected, atol=1e-5)
+    np.testing.assert_allclose(alone["train"]["poses"], expected, atol=1e-5)
     (out / "train" / "sparse").rename(tmp_path / "model")
     cloud = read_capture(out / "train", "nerfstudio", long_side=64).points
     for content in (alone, split):

@@ -16,7 +16,6 @@ from selection_problems import (
 )
 from slow_selector import POLICIES, random_scorer, slow_inputs
 
-from fsel.core.geometry import pose_distance
 from fsel.core.problem import checked_select
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
@@ -213,20 +212,6 @@ def test_fvs_takes_the_farthest_frame_each_time():
         left = np.setdiff1d(problem.observed, picks[:step])
         gap = [min(np.linalg.norm(centers[i] - centers[j]) for j in picks[:step]) for i in left]
         assert picks[step] == left[np.argmax(gap)]
-
-
-def test_nearest_goes_round_the_targets_closest_first():
-    problem = random_problem(40, seed=4)
-    capture, targets = problem.capture, problem.targets
-    pool = problem.observed
-    distance = pose_distance(
-        capture.centers[pool], capture.axes[pool], targets.centers, targets.axes
-    )
-    picked = []
-    for turn in range(14):
-        order = pool[np.argsort(distance[:, turn % 4], kind="stable")]
-        picked.append(next(frame for frame in order if frame not in picked))
-    np.testing.assert_array_equal(select(METHODS["nearest"], problem, 14), picked)
 
 
 def test_nearest_by_hand():
