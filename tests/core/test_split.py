@@ -54,6 +54,19 @@ def test_two_targets_share_no_proxy_though_one_frame_is_closest_to_both():
     assert sorted(split.proxies.tolist()) == [1, 3]
 
 
+@pytest.mark.parametrize("far", [30, 1e6])
+def test_cameras_far_beyond_all_others_have_no_role(far):
+    capture = random_capture(70)
+    centers = capture.centers.copy()
+    centers[[7, 33]] += far * np.abs(centers).max()
+    stray = capture_of(centers, capture.world_to_camera[:, :, :3])
+    for split in splits(stray):
+        parts = np.concatenate([split.targets, split.proxies, split.candidates, split.region])
+        np.testing.assert_array_equal(np.unique(parts), np.setdiff1d(np.arange(70), [7, 33]))
+        again = Split.from_table(split.table(stray.names))
+        np.testing.assert_array_equal(again.candidates, split.candidates)
+
+
 def test_draws_and_seeds_differ_and_repeat():
     capture = random_capture(80)
     drawn = [evaluation_split(capture, d, s).targets.tolist() for s in (0, 1) for d in (0, 1, 2)]

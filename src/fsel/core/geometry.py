@@ -36,6 +36,20 @@ def centered(points: np.ndarray) -> np.ndarray:
     return offset - offset.mean(axis=0)
 
 
+def spread(centers: np.ndarray) -> tuple[np.ndarray, float]:
+    """Measure camera centres so that a few wrong ones among many change little.
+
+    Args:
+        centers: (N, 3) float64, world units.
+
+    Returns:
+        (N,) distances from the median centre, and their 95th percentile; the largest distance
+        where that percentile is zero.
+    """
+    distance = np.linalg.norm(centers - np.median(centers, axis=0), axis=1)
+    return distance, float(np.percentile(distance, 95) or distance.max())
+
+
 def camera_centers(world_to_camera: np.ndarray) -> np.ndarray:
     """Return (N, 3) centres, in world units, of (N, 3, 4) poses; of the same dtype."""
     return -np.einsum("nij,ni->nj", world_to_camera[:, :, :3], world_to_camera[:, :, 3])

@@ -11,9 +11,10 @@ import numpy as np
 
 from fsel.core.capture import Capture
 from fsel.core.files import Columns, chosen, read_columns
-from fsel.core.geometry import pairwise_distances, pose_distance
+from fsel.core.geometry import pairwise_distances, pose_distance, spread
 
 COVERAGES = (25, 40, 60, 80, 100)
+STRAY = 10.0  # times the spread of the cameras, beyond which a camera's pose is taken to be wrong
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,17 @@ class Split:
     region: np.ndarray
 
     def table(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return one row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
-        frames, proxy_of = np.arange(len(names)), np.full(len(names), -1)
-        role = np.full(len(names), "candidate", dtype=object)
+        """Return one row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region.
+
+        Frames without a role, see `partition`, have no row.
+        """
+        frames = np.sort(np.concatenate([self.candidates, self.targets, self.proxies]))
+        role, proxy_of = np.full(len(names), "candidate", object), np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
         proxy_of[self.proxies] = self.targets
-        table = {"frame": frames, "name": names, "role": role, "proxy_of": proxy_of}
-        return {**table, "in_region": np.isin(frames, self.region)}
+        columns = {"name": np.array(names, object), "role": role, "proxy_of": proxy_of}
+        table = {name: values[frames] for name, values in columns.items()}
+        return {"frame": frames, **table, "in_region": np.isin(frames, self.region)}
 
     @classmethod
     def from_table(cls, table: Columns) -> Split:
@@ -79,9 +84,9 @@ def evaluation_split(
         ValueError: when fewer than 3 frames a target are there, or too few in `among`.
     """
     rng = np.random.default_rng([seed, 1, draw])
-    every = np.arange(len(capture))
-    chosen = _drawn(every if among is None else among, targets, rng, capture)
-    return partition(capture, chosen, every)
+    every = plausible(capture)
+    among = every if among is None else np.intersect1d(among, every)
+    return partition(capture, _drawn(among, targets, rng, capture), every)
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
@@ -98,7 +103,7 @@ def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
     anchor = int(rng.integers(len(capture)))
     gap = pairwise_distances(capture.centers, capture.centers[anchor : anchor + 1])[:, 0]
     count = max(1, round(len(capture) * coverage / 100))
-    region = np.sort(np.argsort(gap, kind="stable")[:count])
+    region = np.intersect1d(np.argsort(gap, kind="stable")[:count], plausible(capture))
     chosen = _drawn(region, max(4, int(0.15 * coverage + 0.5)), rng, capture)
     return partition(capture, chosen, region)
 
@@ -115,14 +120,24 @@ def _drawn(
     return np.sort(rng.choice(region, size=count, replace=False))
 
 
+def plausible(capture: Capture) -> np.ndarray:
+    """Return the frames whose cameras are not `STRAY` times farther out than nearly all others.
+
+    One such pose decides the mean and deviation of every distance, and with them the features.
+    """
+    distance, radius = spread(capture.centers)
+    return np.flatnonzero(distance <= STRAY * radius)
+
+
 def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
     """Match one distinct proxy to each of (H,) int64 targets, by least summed distance.
 
-    Candidates of the (R,) int64 `region` count as inside the target region.
+    Candidates of the (R,) int64 `region` count as inside the target region. Frames that are not
+    `plausible` are neither proxies nor candidates.
     """
     from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
 
-    rest = np.setdiff1d(np.arange(len(capture)), targets)
+    rest = np.setdiff1d(plausible(capture), targets)
     centers, axes = capture.centers, capture.axes
     cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
     proxies = rest[linear_sum_assignment(cost)[1]]

@@ -19,9 +19,8 @@ def split_labelled(
         coverages: per cent.
     """
     capture = Capture.load(folder)
-    parts = [
-        coverage_split(capture, coverage, seed).table(capture.names)
-        | repeated({"coverage": coverage}, len(capture))
-        for coverage in coverages
-    ]
+    parts = []
+    for coverage in coverages:
+        table = coverage_split(capture, coverage, seed).table(capture.names)
+        parts.append(table | repeated({"coverage": coverage}, len(table["frame"])))
     write_table(stacked(parts), splits, units={"coverage": "percent"}, config=config)

@@ -25,6 +25,20 @@ def test_penalties_that_could_overflow_or_contradict_are_refused(penalties):
         Splats(textured_wall(), small_penalty=penalties[0], large_penalty=penalties[1])
 
 
+@pytest.mark.parametrize("points", [True, False])
+def test_a_wrong_pose_of_a_frame_that_is_not_selected_costs_nothing(points):
+    wall = textured_wall(frames=24)
+    wall = wall if points else replace(wall, points=None)
+    poses = wall.world_to_camera.copy()
+    poses[20, :, 3] += 1000.0
+    scores = [
+        Evaluator.on_frames(Splats(capture), np.array([5, 9]))(np.array([4, 6, 8, 10]))[0]
+        for capture in (wall, replace(wall, world_to_camera=poses))
+    ]
+    assert scores[0] > 12
+    assert scores[1] == pytest.approx(scores[0], abs=0.1)
+
+
 def test_agreement_and_violation_by_hand():
     inverse = np.full((2, 1, 1), 0.5, F)
     inverse[1] = 0.25

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.geometry import centered, pixel_centers
+from fsel.core.geometry import pixel_centers, spread
 from fsel.core.points import grouped_rows
 from fsel.reconstruct.splats import stereo
 
@@ -70,13 +70,11 @@ def depth_range(capture: Capture) -> np.ndarray:
     """Return (N, 2) nearest and farthest depth that each frame's planes must reach, world units.
 
     From the sparse points that a frame sees where it sees ten; else from all points; without
-    points, from the spread of the cameras.
+    points, from the spread of the cameras. One wrong pose moves the ranges of no other frame much.
     """
     n = len(capture)
     if capture.points is None or len(capture.points.track_point) == 0:
-        centers = capture.centers
-        extent = 2 * np.linalg.norm(centered(centers), axis=1).max()
-        extent = extent if extent > 0 else 1.0
+        extent = 2 * spread(capture.centers)[1] or 1.0
         return np.tile([0.15 * extent, 4 * extent], (n, 1))
     track = capture.points
     rows = capture.world_to_camera[track.track_frame, 2]
