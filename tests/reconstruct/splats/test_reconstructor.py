@@ -36,7 +36,7 @@ def test_a_wrong_pose_of_a_frame_that_is_not_selected_costs_nothing(points):
         for capture in (wall, replace(wall, world_to_camera=poses))
     ]
     assert scores[0] > 12
-    assert scores[1] == pytest.approx(scores[0], abs=0.1)
+    assert scores[1] > scores[0] - 0.1
 
 
 def test_agreement_and_violation_by_hand():
