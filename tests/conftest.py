@@ -12,20 +12,9 @@ from fsel.workflow.machine import pinned
 # Of two workers one begins with the first half, which compiles nearly all; the other with what
 # takes longest and compiles little. In the other order both would compile the same at once.
 FIRST = [
-    "reconstruct",
-    "selectors",
-    "metrics",
-    "synthetic",
-    "core",
-    "features",
-    "fuzz",
-    "evaluation",
-    "selection",
-    "workflow",
-    "captures",
-    "stages",
-    "test_recipes.py",
-]
+    "reconstruct", "selectors", "metrics", "synthetic", "core", "features", "fuzz", "evaluation",
+    "selection", "workflow", "captures", "stages", "test_recipes.py",
+]  # fmt: skip
 
 for name, value in pinned().items():
     if name.startswith("NUMBA_"):

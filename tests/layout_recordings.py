@@ -85,6 +85,13 @@ def recording(layout, frames=22, seed=0):
     )
 
 
+def write_recording(layout, folder, frames=22):
+    """Write a recording in a layout, and return it."""
+    made = recording(layout, frames)
+    LAYOUTS[layout].write(made, folder)
+    return made
+
+
 def write_film(made, folder):
     """An iPhone capture of ScanNet++ whose frames were not extracted from their video."""
     LAYOUTS["scannetpp_iphone"].write(made, folder)

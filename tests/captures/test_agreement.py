@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from layout_recordings import recording
+from layout_recordings import recording, write_recording
 
 from fsel.captures.canonical import in_order
 from fsel.captures.images.matching import (
@@ -64,7 +64,7 @@ def test_matches_without_any_model_tell_nothing():
 
 @pytest.fixture
 def raw(tmp_path):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    write_recording("mipnerf360", tmp_path)
     return in_order(read_raw(tmp_path)[1], "made")
 
 
@@ -83,7 +83,7 @@ def test_reprojection_error_by_hand(raw):
 
 
 def test_reprojection_error_one_by_one(tmp_path):
-    LAYOUTS["colmap"].write(recording("colmap"), tmp_path)
+    write_recording("colmap", tmp_path)
     raw = in_order(read_raw(tmp_path)[1], "made")
     rng = np.random.default_rng(0)
     poses = raw.world_to_camera + rng.normal(scale=[0, 0, 0, 2.0], size=raw.world_to_camera.shape)

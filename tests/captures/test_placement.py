@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 import pytest
+from scipy.spatial.transform import Rotation
 from small_captures import ring
 
 from fsel.captures import sampling
@@ -222,3 +223,32 @@ def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypa
     assert (0, 40) not in chosen
     across = [(i, j) for i, j in chosen if i < 60 <= j]
     assert max(abs(j - 60 - i) for i, j in across) <= 8
+
+
+def test_sets_are_apart_by_their_turns_in_any_worlds():
+    first = Rotation.random(9, random_state=0)
+    world = Rotation.random(random_state=1)
+    assert placement.apart(first.as_matrix(), (first * world).as_matrix()) == pytest.approx(
+        0, abs=1e-5
+    )
+    halves = Rotation.from_euler("z", np.repeat([[0], [20]], [5, 4], axis=0), degrees=True)
+    found = placement.apart(first.as_matrix(), (first * halves * world).as_matrix())
+    assert found == pytest.approx(20)  # 20 of 36 pairs are of one frame of each
+
+
+@pytest.mark.parametrize(
+    ("again", "said"),
+    [
+        (None, ""),
+        ({"placed": 10, "degrees": 0.3}, ""),
+        ({"placed": 9, "degrees": 2.9}, ""),
+        ({"placed": 9, "degrees": 36.7}, "COLMAP's poses differ by 37 degrees"),
+        ({"placed": 8, "degrees": 0.0}, "COLMAP places 8 frames, not 10"),
+        ({"placed": 12, "degrees": 0.0}, "COLMAP places 12 frames, not 10"),
+        ({"placed": 0, "degrees": None}, "COLMAP places 0 frames, not 10"),
+    ],
+)
+def test_doubts_are_of_sets_that_differ(again, said):
+    told = placement.doubt({"placed": ["a.jpg"] * 10, "repeated": again})
+    assert told == (said and f"the poses may be wrong: with another seed {said}")
+    assert placement.doubt({"placed": []}) == ""

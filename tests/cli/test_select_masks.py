@@ -5,11 +5,10 @@ import json
 import cv2
 import numpy as np
 import pytest
-from layout_recordings import recording, write_film
+from layout_recordings import recording, write_film, write_recording
 from small_captures import record_of, select, write_video
 
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture
 
 
@@ -60,8 +59,7 @@ def test_an_objects_masks_win_and_frames_without_one_are_black(capture, tmp_path
 
 def test_only_the_chosen_values_of_a_mask_are_white(tmp_path):
     """ScanNet++ counts 255 alone; grey of its anonymisation is black in the subset."""
-    made = recording("scannetpp_dslr")
-    LAYOUTS["scannetpp_dslr"].write(made, tmp_path / "scene")
+    made = write_recording("scannetpp_dslr", tmp_path / "scene")
     folder = tmp_path / "scene" / "dslr" / "resized_anon_masks"
     for path in folder.iterdir():
         mask = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)

@@ -5,11 +5,10 @@ import shutil
 
 import cv2
 import numpy as np
-from layout_recordings import recording, write_film
+from layout_recordings import recording, write_film, write_recording
 from plyfile import PlyData, PlyElement
 from small_captures import camera_path, ring, write_ring
 
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture
 from fsel.reconstruct import ply
 
@@ -47,13 +46,12 @@ def _write_capture(kind, folder):
     elif kind == "cloud":
         _write_cloud(folder)
     else:
-        made = recording(kind, FRAMES)
-        LAYOUTS[kind].write(made, folder)
+        write_recording(kind, folder, FRAMES)
 
 
 def _write_cloud(folder):
     """A capture of nerfstudio whose points are a `.ply`, and lie before its cameras."""
-    LAYOUTS["nerfstudio"].write(recording("nerfstudio", FRAMES), folder)
+    write_recording("nerfstudio", folder, FRAMES)
     path = folder / "transforms.json"
     content = json.loads(path.read_text()) | {"ply_file_path": "cloud.ply", "applied_scale": 0.5}
     path.write_text(json.dumps(content))

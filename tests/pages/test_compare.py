@@ -1,7 +1,6 @@
 """compare.html, looked at in a real browser; its intervals by hand."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -104,11 +103,8 @@ def test_a_browser_shows_every_rendering(width, out, tmp_path):
     assert seen["fetched"] == []
 
 
-def test_the_page_is_one_file_and_escapes_names(out):
+def test_the_page_escapes_names_and_holds_its_pictures(out):
     page = (out / "compare.html").read_text(encoding="utf-8")
-    sources = re.findall(r'(?:src|href)="([^"]{0,40})', page)
-    assert all(source.startswith("data:image/jpeg;base64,") for source in sources)
-    assert "url(" not in page
     images = [decoded(picture) for picture in pictures(page)]
     assert [image.shape for image in images] == [(36, 48, 3)] * 15  # 3 frames, 4 renderings each
     assert min(len(np.unique(image)) for image in images[::5]) > 20  # no held-out frame is blank

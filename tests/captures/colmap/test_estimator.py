@@ -3,67 +3,32 @@
 import sys
 
 import numpy as np
+import pose_program
 import pytest
-from small_captures import ring
 
 from fsel.captures.colmap.estimator import Estimator, checked
 from fsel.captures.colmap.runs import Work
+from fsel.captures.images import files as image_files
 from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
 from fsel.core.programs import MissingRequirement
-
-# places all images but the last on a ring, in two models; arguments: folder, images of the second
-PROGRAM = """
-import sys
-from pathlib import Path
-import numpy as np, pycolmap
-folder, few = Path(sys.argv[1]), int(sys.argv[2])
-assert Path.cwd() == folder and not list((folder / "sparse").iterdir())
-names = sorted(path.name for path in (folder / "images").iterdir())
-poses = np.load(sys.argv[3])
-for at, part in enumerate((names[:-1], names[:few])):
-    model = pycolmap.Reconstruction()
-    lens = dict(model="PINHOLE", width=32, height=24, params=[30, 30, 16, 12])
-    camera = pycolmap.Camera(camera_id=1, **lens)
-    model.add_camera_with_trivial_rig(camera)
-    for row, name in enumerate(part):
-        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(poses[row, :, :3]), poses[row, :, 3])
-        image = pycolmap.Image(image_id=row + 1, name=name, camera_id=1)
-        model.add_image_with_trivial_frame(image, rigid)
-    place = folder / "sparse" / str(1 - at)
-    place.mkdir()
-    model.write_text(str(place)) if at else model.write(str(place))
-print("done")
-"""
 
 
 @pytest.fixture
 def photos(tmp_path):
     """Six photos in a folder, named otherwise than a program sees them."""
-    import cv2
-
-    folder = tmp_path / "photos"
-    folder.mkdir()
-    for row in range(6):
-        noise = np.random.default_rng(row).integers(0, 255, (24, 32, 3), np.uint8)
-        cv2.imwrite(str(folder / f"shot {row}.png"), noise)
-    return folder
+    names = [f"shot {row}.png" for row in range(6)]
+    image_files.write(np.full((6, 48, 64, 3), 99, np.uint8), tmp_path / "photos", names)
+    return tmp_path / "photos"
 
 
-@pytest.fixture
-def program(tmp_path):
-    """A command that places all photos but the last."""
-    (tmp_path / "place.py").write_text(PROGRAM)
-    np.save(tmp_path / "ring.npy", ring(6))
-    return [sys.executable, str(tmp_path / "place.py"), "{folder}", "3", str(tmp_path / "ring.npy")]
-
-
-def test_the_largest_model_is_taken_under_the_photos_own_names(photos, program):
-    raw = bare.read(photos)
-    found = sfm.reconstruct(raw, work=Work(by=Estimator(by=program)))
+def test_the_largest_model_is_taken_under_the_photos_own_names(photos, tmp_path):
+    by = Estimator(by=pose_program.written(tmp_path))
+    found = sfm.reconstruct(bare.read(photos), work=Work(by=by))
     assert found.names == [f"shot {row}.png" for row in range(5)]
-    assert found.dropped == {"shot 5.png": "not placed by place"}
-    np.testing.assert_allclose(found.world_to_camera, ring(6)[:5], atol=1e-12)
+    assert found.dropped == {"shot 5.png": "not placed by places"}
+    parabola = [[at, 0, at * at] for at in range(5)]
+    np.testing.assert_allclose(found.world_to_camera[:, :, 3], parabola, atol=1e-12)
     assert found.sparse() is None
     assert Estimator(by=[["colmap", "mapper"], ["glomap", "mapper"]]).name == "glomap"
 
@@ -82,15 +47,20 @@ def test_a_program_that_fails_is_told_with_its_last_lines(photos, text, said):
         sfm.reconstruct(bare.read(photos), work=Work(by=by))
 
 
-def test_two_frames_are_too_few_and_other_images_are_refused(photos, program):
-    text = PROGRAM.replace("names[:-1]", "names[:2]").replace("names[:few]", "names[:1]")
-    two = Estimator(by=[sys.executable, "-c", text, *program[2:]])
-    with pytest.raises(sfm.NotPlaced, match="placed 2 of 6 frames"):
-        sfm.place(bare.read(photos), work=Work(by=two))
-    text = PROGRAM.replace("name=name", "name='x' + name")
-    others = Estimator(by=[sys.executable, "-c", text, *program[2:]])
-    with pytest.raises(ValueError, match=r"placed 'x00000\d\.png', none of"):
-        sfm.place(bare.read(photos), work=Work(by=others))
+@pytest.mark.parametrize(
+    ("given", "instead", "said"),
+    [
+        ("names[:2], names", "names[:1], names[:2]", "placed 2 of 6 frames"),
+        ("1 {name}", "1 x{name}", r"placed 'x00000\d\.png', none of"),
+    ],
+)
+def test_two_frames_are_too_few_and_other_images_are_refused(
+    given, instead, said, photos, tmp_path
+):
+    text = pose_program.TEXT.replace(given, instead)
+    by = Estimator(by=pose_program.written(tmp_path, text=text))
+    with pytest.raises(ValueError, match=said):
+        sfm.place(bare.read(photos), work=Work(by=by))
 
 
 @pytest.mark.parametrize(

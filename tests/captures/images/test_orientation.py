@@ -95,3 +95,36 @@ def test_damaged_exif_asks_for_no_turn(ending, tmp_path):
     file = tagged(tmp_path / f"a{ending}", 6, exif=b"Exif\0\0II*\0\xff\xff\xff\x7f" + bytes(20))
     assert image_files.orientation(file) == 1
     close(image_files.load(file), SHOT)
+
+
+@pytest.fixture
+def heic(tmp_path):
+    """A photo that was held upright: stored across, with an EXIF that has a focal length."""
+    pillow_heif = pytest.importorskip("pillow_heif")
+    across = np.zeros((48, 64, 3), np.uint8)
+    across[:24, :32] = [255, 0, 0]
+    exif = Image.Exif()
+    exif[0x0112] = 6  # to be turned clockwise
+    exif.get_ifd(0x8769)[0xA405] = 26  # mm, of a 35 mm film
+    stored = pillow_heif.from_pillow(Image.fromarray(across))
+    stored.save(tmp_path / "IMG_1.HEIC", quality=95, exif=exif.tobytes())
+    return tmp_path / "IMG_1.HEIC"
+
+
+def test_a_photo_becomes_an_upright_jpeg_that_keeps_its_focal_length(heic, tmp_path):
+    image_files.write_photo(heic, tmp_path / "photo.jpg", upright=True)
+    shown = image_files.load(tmp_path / "photo.jpg")
+    assert shown.shape == (64, 48, 3)
+    assert (shown[..., 0] > 128).mean() == pytest.approx(0.25, abs=0.03)
+    with Image.open(tmp_path / "photo.jpg") as jpeg:
+        exif = jpeg.getexif()
+        assert exif.get(0x0112, 1) == 1
+        assert exif.get_ifd(0x8769)[0xA405] == 26
+
+
+def test_what_is_damaged_is_refused_by_name(heic):
+    assert image_files.fault(heic) == ""
+    heic.write_bytes(heic.read_bytes()[:-50])
+    with pytest.raises(ValueError, match=r"IMG_1\.HEIC: not a readable image"):
+        image_files.check_pixels(heic)
+    assert image_files.fault(heic).startswith("not a readable image")

@@ -5,11 +5,10 @@ import shutil
 
 import numpy as np
 import pytest
-from layout_recordings import full, recording, write_colmap
+from layout_recordings import full, recording, write_colmap, write_recording
 from scipy.spatial.transform import Rotation
 
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.layouts.seven_scenes import DEPTH_TO_COLOR
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.geometry import invert_pose
@@ -24,8 +23,7 @@ def made():
 
 
 def test_dl3dv_reads_either_distribution_but_mixes_none(tmp_path):
-    made = recording("dl3dv")
-    LAYOUTS["dl3dv"].write(made, tmp_path)
+    made = write_recording("dl3dv", tmp_path)
     straight = recording("mipnerf360", seed=1)
     write_colmap(straight, tmp_path / "gaussian_splat", text=False)
     both = read_raw(tmp_path)[1]
@@ -37,16 +35,14 @@ def test_dl3dv_reads_either_distribution_but_mixes_none(tmp_path):
 
 
 def test_dl3dv_takes_the_small_copies_where_all_ship(tmp_path):
-    made = recording("dl3dv")
-    LAYOUTS["dl3dv"].write(made, tmp_path)
+    write_recording("dl3dv", tmp_path)
     shutil.copytree(tmp_path / "nerfstudio" / "images_4", tmp_path / "nerfstudio" / "images")
     assert {file.parent.name for file in read_raw(tmp_path)[1].images} == {"images_4"}
 
 
 @pytest.mark.parametrize("inner", [".", "colmap"])
 def test_dl3dv_of_the_ten_thousand(tmp_path, inner):
-    made = recording("dl3dv")
-    LAYOUTS["dl3dv"].write(made, tmp_path / "x")
+    made = write_recording("dl3dv", tmp_path / "x")
     shutil.copytree(tmp_path / "x" / "nerfstudio", tmp_path / "scene" / inner)
     capture = read_capture(tmp_path / "scene", long_side=64)
     assert capture.source.startswith("dl3dv")
@@ -107,7 +103,7 @@ def test_nerfpp_release(made, tmp_path):
 
 
 def test_undistorted_dslr_images_use_their_own_file(tmp_path):
-    LAYOUTS["scannetpp_dslr"].write(recording("scannetpp_dslr"), tmp_path)
+    write_recording("scannetpp_dslr", tmp_path)
     root = tmp_path / "dslr"
     (root / "resized_images").rename(root / "resized_undistorted_images")
     (root / "resized_anon_masks").rename(root / "resized_undistorted_masks")
@@ -125,8 +121,7 @@ def test_undistorted_dslr_images_use_their_own_file(tmp_path):
 
 
 def test_calibrated_poses_are_the_colour_camera_s(tmp_path):
-    made = recording("seven_scenes")
-    LAYOUTS["seven_scenes"].write(made, tmp_path)
+    write_recording("seven_scenes", tmp_path)
     raw = read_raw(tmp_path, reading={"pose_source": "calibrated"})[1]
     centers = [invert_pose(pose)[:, 3] for pose in raw.world_to_camera]
     depth = [invert_pose(pose)[:, 3] for pose in read_raw(tmp_path)[1].world_to_camera]
@@ -137,8 +132,7 @@ def test_calibrated_poses_are_the_colour_camera_s(tmp_path):
 
 
 def test_pseudo_truth_has_a_focal_length_a_frame(tmp_path):
-    made = recording("seven_scenes")
-    LAYOUTS["seven_scenes"].write(made, tmp_path)
+    made = write_recording("seven_scenes", tmp_path)
     lines = {"train": [], "test": []}
     for i, (name, pose) in enumerate(zip(made.names, made.world_to_camera, strict=True)):
         x, y, z, w = Rotation.from_matrix(pose[:, :3]).as_quat()
@@ -156,7 +150,7 @@ def test_pseudo_truth_has_a_focal_length_a_frame(tmp_path):
 
 
 def test_a_sequence_still_packed_is_named(tmp_path):
-    LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
+    write_recording("seven_scenes", tmp_path)
     shutil.rmtree(tmp_path / "seq-02")
     with pytest.raises(FileNotFoundError, match=r"seq-02: named by a split file.*must be unpacked"):
         read_raw(tmp_path)
@@ -166,7 +160,7 @@ def test_a_sequence_still_packed_is_named(tmp_path):
 
 
 def test_scannet_numbers_are_ordered_as_numbers(tmp_path):
-    LAYOUTS["scannet"].write(recording("scannet"), tmp_path)
+    write_recording("scannet", tmp_path)
     capture = read_capture(tmp_path, long_side=64)
     assert capture.names[:6] == ("0", "1", "2", "3", "5", "6")
     assert capture.names[9:11] == ("10", "11")
@@ -187,7 +181,7 @@ def test_co3d_s_two_ways_of_stating_intrinsics(tmp_path):
 
 
 def test_co3d_refuses_a_sequence_of_poor_quality(tmp_path):
-    LAYOUTS["co3d"].write(recording("co3d"), tmp_path)
+    write_recording("co3d", tmp_path)
     with pytest.raises(ValueError, match=r"viewpoint_quality_score of 1_1_1 is 1\.0"):
         read_raw(tmp_path, reading={"min_quality": 1.5})
     raw = read_raw(tmp_path / "object" / "1_1_1")[1]

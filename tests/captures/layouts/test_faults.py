@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from layout_recordings import recording, write_colmap
+from layout_recordings import recording, write_colmap, write_recording
 
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture, read_raw
 
 
@@ -24,7 +23,7 @@ from fsel.captures.read import read_capture, read_raw
     ],
 )
 def test_a_damaged_image_is_named(tmp_path, damage, message):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    write_recording("mipnerf360", tmp_path)
     file = tmp_path / "images_4" / "f9.jpg"
     damage(file)
     with pytest.raises((ValueError, FileNotFoundError), match=message) as error:
@@ -78,7 +77,7 @@ def with_angle(content):
     ],
 )
 def test_a_damaged_transforms_file_is_refused(tmp_path, change, message):
-    LAYOUTS["dl3dv"].write(recording("dl3dv"), tmp_path)
+    write_recording("dl3dv", tmp_path)
     edit(tmp_path / "nerfstudio" / "transforms.json", change)
     with pytest.raises(ValueError, match=message) as error:
         read_capture(tmp_path, "dl3dv")
@@ -170,7 +169,7 @@ def test_a_model_may_not_name_images_outside(tmp_path):
 
 def test_lost_poses_of_any_kind_are_left_out(tmp_path):
     for layout in ("scannet", "seven_scenes"):
-        LAYOUTS[layout].write(recording(layout), tmp_path / layout)
+        write_recording(layout, tmp_path / layout)
     for stem, value in (("9", np.nan), ("10", np.inf), ("11", 0.0)):
         np.savetxt(tmp_path / "scannet" / "pose" / f"{stem}.txt", np.full((4, 4), value))
     lost = dict.fromkeys(["4", "9", "10", "11"], "tracking lost")
@@ -190,7 +189,7 @@ def test_lost_poses_of_any_kind_are_left_out(tmp_path):
     ],
 )
 def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
-    LAYOUTS[layout].write(recording(layout), tmp_path)
+    write_recording(layout, tmp_path)
     (tmp_path / file).write_text(text)
     with pytest.raises(ValueError, match=message) as error:
         read_capture(tmp_path, layout)
@@ -211,7 +210,7 @@ def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
     ],
 )
 def test_damaged_annotations_are_named(tmp_path, change, message):
-    LAYOUTS["co3d"].write(recording("co3d"), tmp_path)
+    write_recording("co3d", tmp_path)
     (tmp_path.parent / "x.jpg").write_bytes(b"outside")
     path = tmp_path / "object" / "frame_annotations.jgz"
     frames = json.loads(gzip.decompress(path.read_bytes()))

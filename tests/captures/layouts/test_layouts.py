@@ -7,11 +7,10 @@ import cv2
 import numpy as np
 import pandas as pd
 import pytest
-from layout_recordings import DROPPED, MASKED, READING, WRITERS, recording
+from layout_recordings import DROPPED, MASKED, READING, WRITERS, write_recording
 
 from fsel.captures.canonical import ingest
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.capture import Capture
 from fsel.stages.ingest import ingest as save
@@ -22,8 +21,7 @@ CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
 
 @pytest.fixture(params=WRITERS)
 def written(request, tmp_path):
-    made = recording(request.param)
-    LAYOUTS[request.param].write(made, tmp_path)
+    made = write_recording(request.param, tmp_path)
     return request.param, made, tmp_path
 
 
@@ -55,8 +53,7 @@ def test_round_trip(written):
 
 @pytest.mark.parametrize("layout", MASKED)
 def test_masks_follow_their_images(layout, tmp_path):
-    made = recording(layout)
-    LAYOUTS[layout].write(made, tmp_path)
+    made = write_recording(layout, tmp_path)
     capture = read_capture(tmp_path, layout, long_side=64, reading=READING.get(layout))
     rows = kept(layout)
     if made.camera.model == "PINHOLE":
@@ -118,7 +115,7 @@ def test_real_captures_read(name, frames):
 
 @pytest.mark.parametrize("layout", ["dl3dv", "mipnerf360", "scannetpp_dslr"])
 def test_lazy_images_are_the_images(layout, tmp_path):
-    LAYOUTS[layout].write(recording(layout), tmp_path)
+    write_recording(layout, tmp_path)
     raw = read_raw(tmp_path, layout)[1]
     lazy = ingest(raw, "made", 32, lazy=True)
     whole = ingest(raw, "made", 32)
@@ -135,7 +132,7 @@ def test_lazy_images_are_the_images(layout, tmp_path):
 
 
 def test_lazy_images_open_nothing_before_they_are_asked_for(tmp_path):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    write_recording("mipnerf360", tmp_path)
     raw = read_raw(tmp_path, "mipnerf360")[1]
     raw.images[5].write_bytes(b"")
     lazy = ingest(raw, "made", 32, lazy=True)
@@ -145,7 +142,7 @@ def test_lazy_images_open_nothing_before_they_are_asked_for(tmp_path):
 
 
 def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
-    LAYOUTS["scannetpp_dslr"].write(recording("scannetpp_dslr"), tmp_path / "raw")
+    write_recording("scannetpp_dslr", tmp_path / "raw")
     whole = read_capture(tmp_path / "raw", long_side=32)
     for _ in range(2):  # a second run replaces the first
         save(tmp_path / "raw", tmp_path / "out", at_least=20, long_side=32, reading={})
@@ -168,7 +165,7 @@ def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
 
 
 def test_a_failed_ingestion_leaves_no_array(tmp_path):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path / "raw")
+    write_recording("mipnerf360", tmp_path / "raw")
     (tmp_path / "raw" / "images_4" / "f20.jpg").write_bytes(b"")
     with pytest.raises(ValueError, match=r"f20\.jpg"):
         save(tmp_path / "raw", tmp_path / "out", at_least=5, long_side=32, reading={})

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from layout_recordings import recording
+from layout_recordings import write_recording
 from selection_problems import problem_on
 
 import fsel
-from fsel.captures.layouts import LAYOUTS, dl3dv
+from fsel.captures.layouts import dl3dv
 from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.problem import checked_select
 from fsel.core.split import Split
@@ -23,7 +23,7 @@ FREE = [place for place in range(FRAMES) if place % 8]
 def scene(tmp_path_factory):
     """A scene, its capture, and the names in the order of its transforms.json."""
     folder = tmp_path_factory.mktemp("dl3dv") / "abc"
-    LAYOUTS["dl3dv"].write(recording("dl3dv", frames=FRAMES), folder)
+    write_recording("dl3dv", folder, frames=FRAMES)
     return folder, fsel.read_capture(folder, long_side=32), dl3dv.frame_order(folder)
 
 

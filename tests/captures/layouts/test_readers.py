@@ -5,7 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
-from layout_recordings import OPENCV, PINHOLE, recording, write_colmap
+from layout_recordings import OPENCV, PINHOLE, recording, write_colmap, write_recording
 from small_captures import opengl
 
 from fsel.captures.images import files as image_files
@@ -149,14 +149,14 @@ def test_frames_in_no_list_are_left_out(made, tmp_path):
 
 
 def test_auto_points_at_captures_inside(tmp_path):
-    LAYOUTS["co3d"].write(recording("co3d"), tmp_path / "a" / "b")
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path / "garden")
+    write_recording("co3d", tmp_path / "a" / "b")
+    write_recording("mipnerf360", tmp_path / "garden")
     with pytest.raises(ValueError, match=r"its folders \['garden'\] are captures"):
         read_raw(tmp_path)
 
 
 def test_a_folder_beside_a_capture_is_not_part_of_it(tmp_path):
-    LAYOUTS["scannet"].write(recording("scannet"), tmp_path / "scene0000_00")
+    write_recording("scannet", tmp_path / "scene0000_00")
     (tmp_path / "desk").mkdir()
     with pytest.raises(ValueError, match="desk: no known layout") as refusal:
         read_raw(tmp_path / "desk")
@@ -166,12 +166,12 @@ def test_a_folder_beside_a_capture_is_not_part_of_it(tmp_path):
 
 
 def test_options_of_other_layouts_are_refused(tmp_path):
-    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    write_recording("mipnerf360", tmp_path)
     with pytest.raises(ValueError, match=r"reading\.focal: layout mipnerf360 takes nothing"):
         read_raw(tmp_path, reading={"focal": 1})
 
 
 def test_every_nth_frame_of_each_sequence(tmp_path):
-    LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
+    write_recording("seven_scenes", tmp_path)
     names = read_capture(tmp_path, every=5).names
     assert names == tuple(f"seq-0{s}/frame-{i:06d}" for s in (1, 2) for i in (0, 5, 10))
