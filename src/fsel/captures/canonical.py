@@ -47,10 +47,6 @@ def ingest(
             points out.
         store: folder that receives images.npy and masks.npy, so that memory holds one frame at a
             time; None keeps them in memory.
-
-    Raises:
-        ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
-            message names the file.
     """
     raw, points, masks = in_order(raw, source), None, None
     frame = common_frame(raw.cameras, long_side)

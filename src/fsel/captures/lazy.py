@@ -43,23 +43,14 @@ class NoImages:
 
 @dataclass(frozen=True)
 class LazyCapture:
-    """A capture and the files behind it, both in the capture's order of frames.
+    """A capture and the files behind it, both in the capture's order of frames."""
 
-    Attributes:
-        layout: what it was recognised as.
-        raw: what the files say.
-        capture: poses, and images that are opened when indexed.
-        agreement: how well poses, cameras and images agree.
-        skipped: frames left out since their images are missing or unreadable, with the fault.
-        found: of a video or photos, what `fsel.captures.poses.placement.place` said.
-    """
-
-    layout: str
-    raw: RawCapture
-    capture: Capture
+    layout: str  # what it was recognised as
+    raw: RawCapture  # what the files say
+    capture: Capture  # poses, and images that are opened when indexed
     agreement: Agreement = NOT_MEASURED
-    skipped: dict[str, str] = field(default_factory=dict)
-    found: dict | None = None
+    skipped: dict[str, str] = field(default_factory=dict)  # unreadable frames, with the fault
+    found: dict | None = None  # what `placement.place` said of a video or photos
 
     @property
     def longest(self) -> int:
@@ -118,11 +109,7 @@ def open_capture(
 ) -> LazyCapture:
     """Open a capture without opening its images, refusing all that `read_folder` refuses.
 
-    Args:
-        path: its folder.
-        layout: a key of `LAYOUTS`, or `auto` to recognise it.
-        long_side: pixels of the longer side of images that are opened later.
-        max_error, skip_unreadable: see `fsel.captures.read.validated`.
+    Arguments are those of `fsel.captures.read.read_folder`.
     """
     check_type("path", path, (str, Path), "a folder")
     folder = Path(path)

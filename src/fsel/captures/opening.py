@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.estimator import Estimator, checked, found_by
+from fsel.captures.colmap.estimator import Estimator, checked
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
@@ -40,28 +40,18 @@ MADE = 4  # of what is kept: counted up where the same files are placed otherwis
 
 @dataclass(frozen=True)
 class Opening:
-    """What holds a capture, and how it becomes one.
+    """What holds a capture, and how it becomes one, see `fsel.captures.read.read_folder`."""
 
-    Attributes:
-        paths: a capture's folder; or videos and folders of photos of one scene.
-        poses: `layout` for the capture's own, or `colmap` to find them from its images alone.
-        features: what COLMAP matches; None for SIFT.
-        by: commands of the program that finds poses; empty for COLMAP.
-        video_frames, rate: how a video is thinned: to so many frames, or frames a second.
-        layout, max_error, skip_unreadable: see `fsel.captures.read.read_folder`.
-        wanted: the most frames that are to be picked; 0 where no number is stated.
-    """
-
-    paths: tuple[Path, ...]
-    poses: str = "layout"
-    features: str | None = None
-    by: tuple[str, ...] = ()
-    video_frames: int | None = None
-    rate: float | None = None
+    paths: tuple[Path, ...]  # a capture's folder; or videos and folders of photos of one scene
+    poses: str = "layout"  # or `colmap`
+    features: str | None = None  # what COLMAP matches; None for SIFT
+    by: tuple[str, ...] = ()  # commands of the program that finds poses; empty for COLMAP
+    video_frames: int | None = None  # that a video is thinned to
+    rate: float | None = None  # frames a second that it is thinned to
     layout: str = "auto"
     max_error: float = MAX_ERROR
     skip_unreadable: bool = False
-    wanted: int = 0
+    wanted: int = 0  # the most frames that are to be picked; 0 where no number is stated
 
 
 def opened(
@@ -69,19 +59,19 @@ def opened(
 ) -> LazyCapture:
     """Open a capture, or the one that COLMAP makes of a video or photos.
 
-    Args:
-        opening: what is opened.
-        reporter: says what is done.
-        long_side: pixels of the longer side of images that are opened later.
-
-    Raises:
-        ValueError: for a video or photos that cannot be placed, options that do not fit, and all
-            that `open_capture` refuses.
+    Refuses options that do not fit, and all that `open_capture` refuses.
     """
-    if not needs_poses(opening):
+    first = opening.paths[0]
+    filmed = any(video.is_video(path) for path in opening.paths)
+    sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
+    if not filmed and (opening.video_frames is not None or opening.rate is not None):
+        raise ValueError(f"{first}: is no video, which --video-frames and --rate are for")
+    if opening.features and not sought:
+        raise ValueError(f"{first}: has poses, and --features is for COLMAP's to be found")
+    if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
-                opening.paths[0],
+                first,
                 opening.layout,
                 long_side,
                 opening.max_error,
@@ -108,18 +98,6 @@ def warn_of(skipped: dict[str, str], reporter: Reporter) -> None:
 def _first(names: list[str]) -> str:
     more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
-
-
-def needs_poses(opening: Opening) -> bool:
-    """Check whether poses are to be found; refuse options that would have no effect."""
-    first = opening.paths[0]
-    filmed = any(video.is_video(path) for path in opening.paths)
-    sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
-    if not filmed and (opening.video_frames is not None or opening.rate is not None):
-        raise ValueError(f"{first}: is no video, which --video-frames and --rate are for")
-    if opening.features and not sought:
-        raise ValueError(f"{first}: has poses, and --features is for COLMAP's to be found")
-    return sought
 
 
 def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
@@ -154,7 +132,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
             write_text(json.dumps(asked | found, indent=1), place / FOUND)  # last
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
     reporter.say(
-        "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
+        "poses", f"{report['by']} placed {len(report['placed'])} of {report['frames']} frames"
     )
     hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
     for note in notes(report):
@@ -203,7 +181,7 @@ def _check_number(opening: Opening, found: dict) -> None:
         rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
         hint = f"--rate {rate} takes more of the video"
     raise ValueError(
-        f"{opening.paths[0]}: k is {wanted}, and {found_by(found)} placed {placed} of "
+        f"{opening.paths[0]}: k is {wanted}, and {found['by']} placed {placed} of "
         f"{found['frames']} frames; allowed: up to {placed - 1}. Hint: {hint}"
     )
 

@@ -209,11 +209,7 @@ def validated(
     Args:
         raw: what a layout's reader returned.
         source: what was read, in words.
-        long_side: pixels of the longer side that images will be brought to.
-        max_error: greatest median disagreement of poses and images, as a share of the images'
-            longer side.
-        skip_unreadable: leave out frames whose image or mask is missing or unreadable, in place of
-            refusing them.
+        long_side, max_error, skip_unreadable: see `read_folder`.
     """
     raw = in_order(raw, source)
     if skip_unreadable:

@@ -65,17 +65,18 @@ def test_photos_are_placed_by_a_networks_features(seen):
 
 def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
     work = Work(tmp_path / "work", parts=[Part(range(COUNT), True)], features="xfeat")
-    with work.place() as folder:
-        files = sorted(seen.iterdir())
-        names = runs.linked(files, folder / "images", work.parts)
-        database = folder / "database.db"
-        runs.extract(database, folder / "images", names[:5], work)
-        runs.extract(database, folder / "images", names, work)
-        runs.match(database, names, work)
-        monkeypatch.setattr(features, "network", lambda kind: pytest.fail("was found again"))
-        runs.extract(database, folder / "images", names, work)
-        monkeypatch.setattr(features, "matched", lambda *_: pytest.fail("matched again"))
-        runs.match(database, names, work)
+    folder = work.folder
+    folder.mkdir()
+    files = sorted(seen.iterdir())
+    names = runs.linked(files, folder / "images", work.parts)
+    database = folder / "database.db"
+    runs.extract(database, folder / "images", names[:5], work)
+    runs.extract(database, folder / "images", names, work)
+    runs.match(database, names, work)
+    monkeypatch.setattr(features, "network", lambda kind: pytest.fail("was found again"))
+    runs.extract(database, folder / "images", names, work)
+    monkeypatch.setattr(features, "matched", lambda *_: pytest.fail("matched again"))
+    runs.match(database, names, work)
     with pycolmap.Database.open(str(database)) as stored:
         assert stored.num_cameras() == 1
         assert stored.num_images() == COUNT

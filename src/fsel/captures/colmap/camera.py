@@ -29,19 +29,12 @@ __all__ = ["Camera", "pycolmap"]
 
 @dataclass(frozen=True)
 class Camera:
-    """A COLMAP camera model at a given image size.
+    """A COLMAP camera model at a given image size, pixels; top-left pixel centre (0.5, 0.5)."""
 
-    Attributes:
-        model: COLMAP's name: SIMPLE_PINHOLE, PINHOLE, OPENCV, OPENCV_FISHEYE, ...
-        width: pixels.
-        height: pixels.
-        params: the model's parameters in COLMAP's order, pixels; top-left pixel centre (0.5, 0.5).
-    """
-
-    model: str
+    model: str  # COLMAP's name: SIMPLE_PINHOLE, PINHOLE, OPENCV, OPENCV_FISHEYE, ...
     width: int
     height: int
-    params: tuple[float, ...]
+    params: tuple[float, ...]  # in COLMAP's order
 
     @property
     def colmap(self) -> pycolmap.Camera:

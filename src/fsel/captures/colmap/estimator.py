@@ -53,11 +53,7 @@ class Estimator(Program):
         return Path(scripts[-1]).stem if scripts else Path(self.by[-1][0]).name
 
     def models(self, folder: Path) -> list[Path]:
-        """Run it in a folder; returns the folders of the models that it wrote.
-
-        Raises:
-            ValueError: when it fails, or writes none; the end of its log is in the message.
-        """
+        """Run it in a folder and return those of the models that it wrote, at least one."""
         output = folder / MODELS
         shutil.rmtree(output, ignore_errors=True)
         output.mkdir()
@@ -89,11 +85,6 @@ def source_of(poses: str | Mapping[str, Any], model: str) -> str:
     return settings_from(Estimator, poses).name
 
 
-def found_by(report: Mapping[str, Any]) -> str:
-    """Return the name of what placed the frames of a `poses.json`."""
-    return str(report.get("by", OWN))
-
-
 def checked(poses: Mapping[str, Any], devices: bool = True) -> Estimator:
     """Return the program of a configuration's `poses`.
 
@@ -102,7 +93,6 @@ def checked(poses: Mapping[str, Any], devices: bool = True) -> Estimator:
         devices: whether a GPU must be here; on a cluster it is where the jobs run.
 
     Raises:
-        ValueError: for a setting that it does not take.
         MissingRequirement: for what it needs and is not here, all of it by name.
     """
     try:

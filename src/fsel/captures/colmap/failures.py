@@ -34,11 +34,7 @@ _TURNED = (
 
 
 def cause(database: Path) -> str:
-    """Return the cause and hint in words; empty where the database tells none.
-
-    Args:
-        database: of COLMAP, with features and verified matches.
-    """
+    """Return the cause and hint in words; empty where COLMAP's database tells none."""
     with pycolmap.Database.open(str(database)) as stored:
         counts = [len(stored.read_keypoints(i.image_id)) for i in stored.read_all_images()]
     count = float(np.median(counts)) if counts else 0.0
@@ -59,20 +55,13 @@ def slides(database: Path) -> bool:
     COLMAP tries for minutes to place such images, and what it places has no depth. Real scenes are
     far from it: under a drone, 0.5 % of the longer side is left where 0.15 % is of one picture.
     """
-    pairs = [(one, other) for one, other, _ in _verified(database) if _far(one, other)]
-    left = [_left(*pairs[at]) for at in evenly(len(pairs), SAMPLE)]
+    pairs, left = _verified(database), []
+    pairs = [pair for pair in pairs if np.median(np.hypot(*(pair[0] - pair[1]).T)) > MOVED]
+    for one, other, _ in (pairs[at] for at in evenly(len(pairs), SAMPLE)):
+        similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
+        moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
+        left.append(np.percentile(np.hypot(*(moved - other).T), 90))
     return len(left) >= PAIRS and float(np.median(left)) < RIGID
-
-
-def _far(one: np.ndarray, other: np.ndarray) -> bool:
-    return float(np.median(np.hypot(*(one - other).T))) > MOVED
-
-
-def _left(one: np.ndarray, other: np.ndarray) -> float:
-    """Return largest difference of 90 % of the matches from a move of the picture as a whole."""
-    similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
-    moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
-    return float(np.percentile(np.hypot(*(moved - other).T), 90))
 
 
 def _verified(database: Path) -> list[tuple[np.ndarray, np.ndarray, bool]]:

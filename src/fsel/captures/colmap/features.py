@@ -55,11 +55,7 @@ def fetched(kind: str) -> bool:
 
 
 def check(kind: str) -> None:
-    """Load what features need, downloaded first where it is not there yet.
-
-    Raises:
-        MissingRequirement: where kornia or the weights are missing.
-    """
+    """Load what features need, or say what is missing; weights are downloaded first."""
     if kind == SIFT:
         return
     if any(find_spec(package) is None for package in ("kornia", "torch")):
@@ -85,13 +81,10 @@ def matched(kind: str, one: Seen, other: Seen) -> np.ndarray:
 
 
 def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return (m, 2) uint32 rows that are each other's nearest, alike, and like no other.
+    """Return (m, 2) uint32 rows of (n, D) unit descriptors that match each other and no other.
 
     Mutual neighbours alone, as XFeat's authors match them, let three in four wrong pairs of images
     through the verification.
-
-    Args:
-        one, other: (n, D) unit descriptors, two or more.
     """
     cosine = one @ other.T
     there, back = cosine.argmax(axis=1), cosine.argmax(axis=0)
@@ -126,7 +119,13 @@ def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
     """Store matches of pairs of images, by name, that have none yet; they are to be verified."""
     with pycolmap.Database.open(str(database)) as stored:
         keys = _keys(stored, {name for pair in pairs for name in pair})
-        read = cache(lambda key: _seen(stored, key))
+
+        @cache
+        def read(key: int) -> Seen:
+            camera = stored.read_camera(stored.read_image(key).camera_id)
+            points = np.asarray(stored.read_keypoints(key), np.float32)[:, :2]
+            return points, descriptors_of(stored, key), (camera.width, camera.height)
+
         for one, other in ((keys[a], keys[b]) for a, b in pairs if a in keys and b in keys):
             if not stored.exists_matches(one, other):
                 stored.write_matches(one, other, matched(kind, read(one), read(other)))
@@ -143,12 +142,6 @@ def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:
         return np.ascontiguousarray(data).view(np.float32)
     roots = data.astype(np.float32)
     return np.sqrt(roots / np.maximum(roots.sum(axis=1, keepdims=True), 1e-9))
-
-
-def _seen(stored: pycolmap.Database, key: int) -> Seen:
-    camera = stored.read_camera(stored.read_image(key).camera_id)
-    points = np.asarray(stored.read_keypoints(key), np.float32)[:, :2]
-    return points, descriptors_of(stored, key), (camera.width, camera.height)
 
 
 def _keys(stored: pycolmap.Database, names: Iterable[str]) -> dict[str, int]:

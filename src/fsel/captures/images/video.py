@@ -33,17 +33,11 @@ Spans = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True)
 class SampledFrame:
-    """A frame of a video.
+    """A frame of a video."""
 
-    Attributes:
-        index: of the video's frames, from 0.
-        seconds: from the start, by the video's clock.
-        sharpness: variance of the Laplacian, comparable within a video.
-    """
-
-    index: int
-    seconds: float
-    sharpness: float
+    index: int  # of the video's frames, from 0
+    seconds: float  # from the start, by the video's clock
+    sharpness: float  # variance of the Laplacian, comparable within a video
 
     @property
     def name(self) -> str:
@@ -58,16 +52,10 @@ def is_video(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Number of frames that are taken of a video.
+    """Number of frames that are taken of a video."""
 
-    Attributes:
-        frames: how many; None for as many as `rate` gives.
-        rate: frames a second; None for 4, at least `least` and at most 300 in all.
-        least: see `rate`.
-    """
-
-    frames: int | None = None
-    rate: float | None = None
+    frames: int | None = None  # None for as many as `rate` gives
+    rate: float | None = None  # a second; None for 4, at least `least` and at most 300 in all
     least: int = LEAST
 
     @property
@@ -76,11 +64,7 @@ class Sampling:
         return self.frames is None and self.rate is None
 
     def pace(self, path: Path) -> float:
-        """Return frames a second of a video.
-
-        Raises:
-            ValueError: when the file cannot be read as a video.
-        """
+        """Return frames a second of a video."""
         film = _opened(path)
         count, per_second = film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)
         lasts = count / per_second if count > 0 and per_second > 0 else 0.0
@@ -110,12 +94,6 @@ def thin(
         pace: stretches a second, as `Sampling` says.
         within: which parts of it are looked at.
         progress: wraps the loop over the video's frames.
-
-    Returns:
-        The frames that were kept, in order.
-
-    Raises:
-        ValueError: when the file cannot be read as a video, or is one all around.
     """
     film = _opened(path)
     count, per_second = int(film.get(cv2.CAP_PROP_FRAME_COUNT)), film.get(cv2.CAP_PROP_FPS)
@@ -169,16 +147,11 @@ def _shots(
         if any(start <= seconds <= end for start, end in within):
             done, image = film.retrieve()
             if done:
-                yield SampledFrame(index, seconds, _sharpness(image)), image
+                grey, scale = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), SIDE / max(image.shape[:2])
+                if scale < 1:
+                    grey = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+                yield SampledFrame(index, seconds, variance_of_laplacian(grey)), image
         index += 1
-
-
-def _sharpness(image: np.ndarray) -> float:
-    scale = SIDE / max(image.shape[:2])
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    if scale < 1:
-        grey = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return variance_of_laplacian(grey)
 
 
 def _written(best: tuple[SampledFrame, np.ndarray], folder: Path) -> SampledFrame:
@@ -193,27 +166,18 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def write_video(path: Path, frames: Iterable[np.ndarray], rate: int) -> None:
-    """Write (h, w, 3) uint8 RGB frames of one size; an odd last row or column is left out.
-
-    Raises:
-        OSError: naming the file, when no codec is there.
-    """
-    writer = None
+    """Write (h, w, 3) uint8 RGB frames of one size; an odd last row or column is left out."""
+    writer = cv2.VideoWriter()
     for frame in frames:
         height, width = (side // 2 * 2 for side in frame.shape[:2])
-        writer = writer or _writer(path, rate, (width, height))
+        for codec in () if writer.isOpened() else CODECS:
+            code = cv2.VideoWriter.fourcc(*codec)
+            if writer.open(str(path), cv2.CAP_FFMPEG, code, rate, (width, height)):
+                break
+        if not writer.isOpened():
+            raise OSError(f"{path}: OpenCV has no codec for it; tried: {', '.join(CODECS)}")
         writer.write(np.ascontiguousarray(frame[:height, :width, ::-1]))
-    if writer is not None:
-        writer.release()
-
-
-def _writer(path: Path, rate: int, size: tuple[int, int]) -> cv2.VideoWriter:
-    for codec in CODECS:
-        code = cv2.VideoWriter.fourcc(*codec)
-        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate, size)
-        if writer.isOpened():
-            return writer
-    raise OSError(f"{path}: OpenCV has no codec for it; tried: {', '.join(CODECS)}")
+    writer.release()
 
 
 def captioned(image: np.ndarray, caption: str) -> np.ndarray:

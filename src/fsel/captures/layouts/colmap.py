@@ -9,16 +9,8 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from fsel.captures.colmap import model as colmap_model
 from fsel.captures.colmap.camera import Camera, pycolmap
-from fsel.captures.colmap.model import (
-    build_model,
-    check_whole,
-    is_binary,
-    observed,
-    points_of,
-    points_reader,
-    write_model,
-)
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import check_turn, inside, read_text, slashed
 from fsel.core.names import matched
@@ -39,7 +31,7 @@ def find_model(folder: Path) -> Path | None:
 
 def load_model(model: Path) -> pycolmap.Reconstruction:
     """Read a model, binary or text, with or without rigs; what is wrong with it is refused."""
-    check_whole(model)
+    colmap_model.check_whole(model)
     try:
         reconstruction = pycolmap.Reconstruction(str(model))
         for image in reconstruction.images.values():
@@ -60,7 +52,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
         if not (camera.width and camera.height):
             size = f"{camera.width}x{camera.height}"
             raise ValueError(f"{model}: camera {key} has {size} pixels; at least 1x1 are allowed")
-    if not is_binary(model):
+    if not colmap_model.is_binary(model):
         _complete_names(reconstruction, model / "images.txt")
     return reconstruction
 
@@ -115,7 +107,9 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         world_to_camera=np.array([i.cam_from_world().matrix() for i in posed]),
         cameras=[camera_of(reconstruction.cameras[image.camera_id]) for image in posed],
         sequences=[str(PurePosixPath(name).parent) for name in names],
-        points=points_reader(reconstruction, [image.image_id for image in posed], model),
+        points=colmap_model.points_reader(
+            reconstruction, [image.image_id for image in posed], model
+        ),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
     )
 
@@ -154,7 +148,9 @@ def with_points(raw: RawCapture, model: Path) -> RawCapture:
         position = {row: at for at, row in enumerate(frames)}
         images = [i for i in reconstruction.images.values() if rows.get(i.name) in position]
         numbered = {image.image_id: position[rows[image.name]] for image in images}
-        found = points_of(observed(reconstruction, model), numbered, model)
+        found = colmap_model.points_of(
+            colmap_model.observed(reconstruction, model), numbered, model
+        )
         if found is None:
             return None
         scale = np.ones((len(frames), 2))  # the model's cameras may be of another size
@@ -189,7 +185,7 @@ def write_sparse(
     kept = np.flatnonzero(~recording.lost | lost).tolist()
     seen = grouped_rows(recording.track_frame, len(names))
     rows = [seen[i] for i in kept]
-    model = build_model(
+    model = colmap_model.build_model(
         [names[i] for i in kept],
         [camera.colmap] * len(kept),
         recording.world_to_camera[kept],
@@ -200,7 +196,7 @@ def write_sparse(
         ids=[i + 1 for i in kept],
         least=2,
     )
-    write_model(model, folder, text=text)
+    colmap_model.write_model(model, folder, text=text)
 
 
 def scaled(camera: Camera, factor: int) -> Camera:

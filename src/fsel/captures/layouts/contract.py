@@ -18,39 +18,22 @@ SUBJECT = 1  # number of the object that a capture is about
 
 @dataclass(frozen=True)
 class Recording:
-    """A capture as its sensor saw it, with the exact values that only a renderer has.
+    """A capture as its sensor saw it, with the exact values that only a renderer has."""
 
-    Attributes:
-        names: N file stems in capture order, natural order too.
-        world_to_camera: (N, 3, 4) float64, OpenCV axes.
-        camera: one camera for the whole recording.
-        images: (N, h, w, 3) uint8, RGB, distorted as `camera` says.
-        depth: (N, h, w) float32, distance along the optical axis in world units; 0 where none.
-        xyz: (M, 3) float64 sparse points.
-        rgb: (M, 3) uint8.
-        track_point: (L,) int64 into `xyz`.
-        track_frame: (L,) int64 into `names`.
-        track_xy: (L, 2) float64 pixels in the distorted image.
-        sequences: N labels of the pass each frame belongs to.
-        bad: (N,) bool, frames that the owner marks as unusable.
-        lost: (N,) bool, frames whose pose the owner's tracker lost.
-        objects: (N, h, w) uint8 number of the object that a pixel shows, 0 for none; or None.
-    """
-
-    names: tuple[str, ...]
-    world_to_camera: np.ndarray
-    camera: Camera
-    images: np.ndarray
-    depth: np.ndarray
-    xyz: np.ndarray
-    rgb: np.ndarray
-    track_point: np.ndarray
-    track_frame: np.ndarray
-    track_xy: np.ndarray
-    sequences: tuple[str, ...]
-    bad: np.ndarray
-    lost: np.ndarray
-    objects: np.ndarray | None = None
+    names: tuple[str, ...]  # N file stems in capture order, natural order too
+    world_to_camera: np.ndarray  # (N, 3, 4) float64, OpenCV axes
+    camera: Camera  # one for the whole recording
+    images: np.ndarray  # (N, h, w, 3) uint8, RGB, distorted as `camera` says
+    depth: np.ndarray  # (N, h, w) float32 along the optical axis in world units; 0 where none
+    xyz: np.ndarray  # (M, 3) float64 sparse points
+    rgb: np.ndarray  # (M, 3) uint8
+    track_point: np.ndarray  # (L,) int64 into `xyz`
+    track_frame: np.ndarray  # (L,) int64 into `names`
+    track_xy: np.ndarray  # (L, 2) float64 pixels in the distorted image
+    sequences: tuple[str, ...]  # N labels of the pass each frame belongs to
+    bad: np.ndarray  # (N,) bool, frames that the owner marks as unusable
+    lost: np.ndarray  # (N,) bool, frames whose pose the owner's tracker lost
+    objects: np.ndarray | None = None  # (N, h, w) uint8 object that a pixel shows, 0 for none
 
     @property
     def masks(self) -> np.ndarray | None:

@@ -78,15 +78,10 @@ def write(recording: Recording, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Protocol:
-    """Frames of one scene, by their numbers in a capture.
+    """Frames of one scene, by their numbers in a capture."""
 
-    Attributes:
-        targets: (T,) int64, ascending.
-        inputs: number of frames -> (k,) int64 distinct frames, ascending.
-    """
-
-    targets: np.ndarray
-    inputs: dict[int, np.ndarray]
+    targets: np.ndarray  # (T,) int64, ascending
+    inputs: dict[int, np.ndarray]  # number of frames -> (k,) int64 distinct frames, ascending
 
     @property
     def method(self) -> Method:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -131,15 +132,11 @@ def write_iphone(recording: Recording, folder: Path) -> None:
     colmap.write_sparse(recording, recording.camera, names, root / "colmap", lost=False, text=True)
 
 
-DSLR = Layout(
-    "scannetpp_dslr",
-    lambda folder: (folder / "dslr" / "nerfstudio" / "transforms.json").is_file(),
-    read_dslr,
-    write_dslr,
-)
+def _has(path: str) -> Callable[[Path], bool]:
+    return lambda folder: (folder / path).is_file()
+
+
+DSLR = Layout("scannetpp_dslr", _has("dslr/nerfstudio/transforms.json"), read_dslr, write_dslr)
 IPHONE = Layout(
-    "scannetpp_iphone",
-    lambda folder: (folder / "iphone" / "pose_intrinsic_imu.json").is_file(),
-    read_iphone,
-    write_iphone,
+    "scannetpp_iphone", _has("iphone/pose_intrinsic_imu.json"), read_iphone, write_iphone
 )

@@ -27,23 +27,14 @@ UNKNOWN = "poses and images (or points) that belong to different reconstructions
 
 @dataclass(frozen=True)
 class Agreement:
-    """Measure of how well a capture's parts agree.
+    """Measure of how well a capture's parts agree, in pixels of its images."""
 
-    Attributes:
-        kind: `reprojection` of sparse points, `epipolar` distance of matches, or `none`.
-        median: pixels; nan for none.
-        p95: 95th percentile, pixels.
-        long_side: longer side in pixels of the images that these pixels are of.
-        count: observations or matches measured.
-        cause: the mistake that would explain a large median, in words.
-    """
-
-    kind: str
-    median: float
-    p95: float
-    long_side: int
-    count: int
-    cause: str = ""
+    kind: str  # `reprojection` of sparse points, `epipolar` distance of matches, or `none`
+    median: float  # nan for none
+    p95: float  # 95th percentile
+    long_side: int  # longer side of the images
+    count: int  # observations or matches measured
+    cause: str = ""  # the mistake that would explain a large median, in words
 
     def __str__(self) -> str:
         if not self.count:
@@ -65,9 +56,7 @@ NOT_MEASURED = Agreement("none", np.nan, np.nan, MATCHING_LONG_SIDE, 0)
 def measure(raw: RawCapture, bound: float) -> Agreement:
     """Reproject the sparse points or, where there are none, match a few pairs of frames.
 
-    Args:
-        raw: with valid poses.
-        bound: share of the images' longer side; above it the cause is looked for.
+    Above `bound`, a share of the images' longer side, the cause is looked for.
     """
     points = raw.sparse()
     if points is not None and len(points.track_xy):
@@ -99,12 +88,7 @@ def _agreement(
 
 
 def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.ndarray:
-    """(L,) pixels between each observation and its point's projection; inf behind the camera.
-
-    Args:
-        raw: the capture.
-        points: its points, where they are read already.
-    """
+    """(L,) pixels between each observation and its point's projection; inf behind the camera."""
     points = points or raw.sparse()
     if points is None:
         return np.empty(0)
@@ -120,7 +104,6 @@ def matches_of(
     raw: RawCapture, pairs: list[tuple[int, int]], progress: Progress = in_silence
 ) -> Iterator[tuple]:
     """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
-
     lenses = Lenses(MATCHING_LONG_SIDE)
 
     @lru_cache(HELD)
@@ -144,45 +127,38 @@ def epipolar_errors(raw: RawCapture, matches: list[tuple]) -> list[tuple[int, in
 
 
 def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:
-    poses = raw.world_to_camera
-    return np.concatenate(
-        [
-            epipolar_distances(xa, xb, poses[i], poses[j], ka, kb)
-            for i, j, xa, xb, ka, kb, _ in matches
-        ]
-    )
+    found, poses = [], raw.world_to_camera
+    for i, j, xa, xb, ka, kb, _ in matches:
+        found.append(epipolar_distances(xa, xb, poses[i], poses[j], ka, kb))
+    return np.concatenate(found)
 
 
 def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
     """Yield the capture with each common mistake undone, and the mistake's name."""
     poses = raw.world_to_camera
     full = np.concatenate([poses, np.tile([[[0.0, 0, 0, 1]]], (len(poses), 1, 1))], axis=1)
-    turned = np.array([OPENGL_TO_OPENCV @ pose for pose in poses])
-    inverted = np.array([invert_pose(pose) for pose in poses])
-    both = np.array([invert_pose(pose @ np.diag([1.0, -1, -1, 1])) for pose in full])
-    yield "camera axes of OpenGL (y up, z back) taken for OpenCV's", _posed(raw, turned)
-    yield "camera-to-world poses taken for world-to-camera", _posed(raw, inverted)
-    yield "camera-to-world poses with OpenGL axes taken for world-to-camera", _posed(raw, both)
-    worlds = {"before": OLD_APPLIED_TRANSFORM, "since": NEW_APPLIED_TRANSFORM}
-    for name, applied in worlds.items():
+    opengl = np.diag([1.0, -1, -1, 1])
+    changed = [
+        ("camera axes of OpenGL (y up, z back) taken for OpenCV's", OPENGL_TO_OPENCV @ poses),
+        ("camera-to-world poses taken for world-to-camera", invert_pose(poses)),
+        (
+            "camera-to-world poses with OpenGL axes taken for world-to-camera",
+            invert_pose(full @ opengl),
+        ),
+    ]
+    for name, applied in (("before", OLD_APPLIED_TRANSFORM), ("since", NEW_APPLIED_TRANSFORM)):
         world = np.vstack([applied, [0, 0, 0, 1]])
-        for matrix in (world, world.T):
-            what = (
-                f"the applied_transform of nerfstudio {name} January 2024, kept or undone wrongly"
-            )
-            yield what, _posed(raw, (full @ matrix)[:, :3])
+        what = f"the applied_transform of nerfstudio {name} January 2024, kept or undone wrongly"
+        changed += [(what, (full @ matrix)[:, :3]) for matrix in (world, world.T)]
+    for what, other in changed:
+        yield what, replace(raw, world_to_camera=other)
     points = raw.sparse()
     if points is None:
         return
     for scale in SCALES:
         what = f"intrinsics {scale:g} times as large as the pixels that points were seen at"
-        yield what, _scaled(raw, points, scale)
+        yield what, _with_points(raw, replace(points, track_xy=points.track_xy * scale))
 
 
-def _scaled(raw: RawCapture, points: RawPoints, scale: float) -> RawCapture:
-    scaled = replace(points, track_xy=points.track_xy * scale)
-    return replace(raw, points=lambda _: scaled)
-
-
-def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:
-    return replace(raw, world_to_camera=poses)
+def _with_points(raw: RawCapture, points: RawPoints) -> RawCapture:
+    return replace(raw, points=lambda _: points)

@@ -31,21 +31,11 @@ OTHER = 0.1  # share of the frames by which the sets' numbers differ where they 
 def place(
     sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
 ) -> dict:
-    """Fill a folder with a COLMAP capture of the sources, and return what was found.
+    """Fill a folder with a COLMAP capture of the sources, and return the content of `poses.json`.
 
     Frames of a video that show the same as the one before them are left out. Where two frames or
     more of a video in a row could not be placed, frames are taken denser, twice at most, as long
-    as that helps.
-
-    Args:
-        sources: one or more.
-        sampling: of each video.
-        folder: receives images/ and sparse/0; what an interrupted run left in it is gone on with.
-        work: how frames are placed; its folder outlives interruptions.
-        say: prints a line of a step, by a label.
-
-    Returns:
-        As `poses.json` has it: names of frames that were placed and not, times that were lost.
+    as that helps. What an interrupted run left in the folder is gone on with.
     """
     taken = take(sources, sampling, folder, work, say)
     model, raw = _placed(sources, taken, folder, work, say)

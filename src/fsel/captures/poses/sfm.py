@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fsel.captures.colmap import runs
 from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides
 from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
-from fsel.captures.colmap.runs import (
-    MIN_PLACED,
-    SEED,
-    THREADS,
-    Work,
-    build,
-    extract,
-    linked,
-    match,
-    match_pairs,
-)
+from fsel.captures.colmap.runs import MIN_PLACED, SEED, THREADS, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import RawCapture
@@ -40,12 +32,7 @@ log = logging.getLogger(__name__)
 
 
 class NotPlaced(ValueError):
-    """COLMAP placed too few frames.
-
-    Attributes:
-        said: how many, without the place.
-        cause: why, and what to do about it, where matches or the lack of them tell.
-    """
+    """COLMAP placed too few frames: how many was `said`, and why, where the matches tell."""
 
     def __init__(self, image: image_files.Image, said: str, cause: str) -> None:
         super().__init__(f"{image}: {said}" + (f": {cause}" if cause else ""))
@@ -55,21 +42,17 @@ class NotPlaced(ValueError):
 def triangulate(capture: Capture) -> SparsePoints | None:
     """Make sparse points from SIFT matches of the capture's images and its known poses.
 
-    Args:
-        capture: undistorted; matching wants some 600 to 1000 pixels.
-
-    Returns:
-        Points in the capture's world, or None where no match triangulates.
+    Matching wants images of some 600 to 1000 pixels. None where no match triangulates.
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
         names = [f"{i:06d}.png" for i in range(len(capture))]
         image_files.write(capture.images, folder / "images", names)
         database = folder / DATABASE
-        extract(database, folder / "images", names, Work(), camera_each=True)
+        runs.extract(database, folder / "images", names, Work(), camera_each=True)
         model = _posed_model(capture, names, database)
         pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
-        match_pairs(database, pairs, THREADS)
+        runs.match_pairs(database, pairs, THREADS)
         output = folder / "sparse"
         output.mkdir()
         options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
@@ -84,10 +67,7 @@ def triangulate(capture: Capture) -> SparsePoints | None:
 
 
 def neighbours(capture: Capture) -> list[tuple[int, int]]:
-    """Return pairs (i, j), i < j, of each frame and those of the nearest that look its way.
-
-    At most 12 a frame, from the 48 nearest, whose axes are within 60 degrees of its own.
-    """
+    """Return pairs (i, j), i < j, of each frame and 12 of the 48 nearest, within 60 degrees."""
     from scipy.spatial import cKDTree  # here: slow to import, and seldom needed
 
     near = min(NEAREST, len(capture))
@@ -124,8 +104,7 @@ def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap
 
 def reconstruct(raw: RawCapture, work: Work) -> RawCapture:
     """Return a capture's placed frames, with poses, cameras and points from the images alone."""
-    model = place(raw, work)
-    return with_model(raw, model, f"not placed by {work.who}")
+    return with_model(raw, place(raw, work), f"not placed by {work.who}")
 
 
 def place(
@@ -134,20 +113,15 @@ def place(
     """Return the largest model built from a capture's images, its images named as the frames.
 
     The world is COLMAP's, or the program's, own; nothing is aligned to poses that the capture came
-    with.
-
-    Args:
-        raw: of which names and images are used.
-        work: how.
-        start: a model of some of the images that was made in the same folder, for COLMAP to go on
-            with; programs start anew.
+    with. COLMAP goes on with a model that was made in the same folder; programs start anew.
 
     Raises:
         NotPlaced: when fewer than three frames could be placed.
-        ValueError: when a program fails, or leaves no model of the images.
     """
-    with work.place() as folder:
-        names = linked(raw.images, folder / "images", work.parts)
+    with nullcontext(work.folder) if work.folder else TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
+        names = runs.linked(raw.images, folder / "images", work.parts)
         if work.by is not None:
             models = [colmap.load_model(path) for path in work.by.models(folder)]
         else:
@@ -175,35 +149,25 @@ def _mapped(
     start: pycolmap.Reconstruction | None,
 ) -> list[pycolmap.Reconstruction]:
     """Return the models that COLMAP's incremental mapper builds in a folder."""
-    database = folder / DATABASE
-    said = f"COLMAP cannot place its {len(names)} frames"
-    extract(database, folder / "images", names, work)
-    match(database, names, work)
+    database, begun = folder / DATABASE, None
+    runs.extract(database, folder / "images", names, work)
+    runs.match(database, names, work)
     if slides(database):
+        said = f"COLMAP cannot place its {len(names)} frames"
         raise NotPlaced(raw.images[0], said, SLIDES)
-    begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
-    return list(build(database, folder, len(names), work, start=begun or None).values())
-
-
-def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) -> Path:
-    """Write a model into a folder, its images named as the database has them."""
-    renamed = pycolmap.Reconstruction(model)
-    for image in renamed.images.values():
-        image.name = names[image.name]
-    write_model(renamed, folder)
-    return folder
+    if start is not None:  # its images are named as the frames, those of the database otherwise
+        stored, renamed = dict(zip(raw.names, names, strict=True)), pycolmap.Reconstruction(start)
+        for image in renamed.images.values():
+            image.name = stored[image.name]
+        begun = folder / "begun"
+        write_model(renamed, begun)
+    return list(runs.build(database, folder, len(names), work, start=begun).values())
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
     """Return the capture's images with another model's poses, cameras and points, matched by name.
 
-    Args:
-        raw: whose own poses are put aside.
-        model: whose image names are the capture's, or their file names or stems.
-        reason: why a frame that the model lacks is dropped.
-
-    Raises:
-        ValueError: when no image of the model is one of the capture's.
+    Frames that the model lacks are dropped for `reason`.
     """
     posed = {image.name: image for image in model.images.values() if image.has_pose}
     rows = matched(raw.names, sorted(posed))

@@ -33,20 +33,15 @@ LEAST_CELLS = 5  # that show something, of a frame that is judged
 class Cells:
     """Cells of N images, on a grid that the largest fills; zeros beyond an image's edge.
 
-    Attributes:
-        energy: (N, 4, GRID, GRID) float32 mean square of the second differences in four directions
-            without that of noise.
-        variance: (N, GRID, GRID) float32 of the grey levels of the cell and those around it, which
-            strong motion leaves, without that of noise; 0 where they show nothing or the cell is
-            clipped: nothing is known of its detail.
-        color: (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped.
-        clipped: (N,) share of the pixels that are clipped to white.
+    Energy is the mean square of the second differences. The variance is that of the grey levels of
+    a cell and those around it, which strong motion leaves; 0 where nothing is known of its detail.
+    Both are without those of noise.
     """
 
-    energy: np.ndarray
-    variance: np.ndarray
-    color: np.ndarray
-    clipped: np.ndarray
+    energy: np.ndarray  # (N, 4, GRID, GRID) float32, in four directions
+    variance: np.ndarray  # (N, GRID, GRID) float32
+    color: np.ndarray  # (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped
+    clipped: np.ndarray  # (N,) share of the pixels that are clipped to white
 
     @classmethod
     def of(cls, images: Sequence[tuple]) -> Cells:
@@ -54,24 +49,16 @@ class Cells:
         return cls(*(np.array(part) for part in zip(*images, strict=True)))
 
     def at(self, pixels: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        """(L,) numbers of the cells, row by row, at (L, 2) pixels of images that were reduced.
-
-        Args:
-            pixels: in the images before.
-            scale: (L,) that they were reduced by.
-        """
+        """(L,) numbers of the cells, row by row, at (L, 2) pixels of images reduced by (L,)."""
         place = np.clip(np.asarray(pixels * scale[:, None] // CELL, np.int64), 0, GRID - 1)
         return place[:, 1] * GRID + place[:, 0]
 
 
 def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Energy, variance, colour and clipped share of one image, see `Cells`.
-
-    Args:
-        image: (h, w, 3) uint8 RGB whose longer side has `SIDE` pixels, or fewer.
-    """
+    """Energy, variance, colour and clipped share of an (h, w, 3) uint8 RGB image, see `Cells`."""
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    white = _brightest(image) >= BRIGHT
+    red, green, blue = cv2.split(image)  # NumPy's maximum over them takes ten times as long
+    white = cv2.max(cv2.max(red, green), blue) >= BRIGHT
     unknown = cv2.dilate((white | (grey <= DARK)).astype(np.uint8), np.ones((7, 7), np.uint8))
     valid = 1 - unknown.astype(np.float32)
     weight = _means(valid)
@@ -85,8 +72,8 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
         cv2.filter2D(grey, -1, kernel, borderType=cv2.BORDER_REFLECT) for kernel in KERNELS
     )
     energy = np.array([mean(response**2) for response in responses])
-    channels = (plane.astype(np.float32) for plane in cv2.split(image))
-    color = np.array([mean(plane) for plane in channels]) * (weight > WHOLE)
+    planes = [mean(plane.astype(np.float32)) for plane in (red, green, blue)]
+    color = np.array(planes) * (weight > WHOLE)
     noise = np.zeros(len(KERNELS), np.float32)
     if known.any():
         noise = np.percentile(energy[:, known], NOISE, axis=1).astype(np.float32)
@@ -134,9 +121,3 @@ def _padded(values: np.ndarray) -> np.ndarray:
     out = np.zeros((*values.shape[:-2], GRID, GRID), np.float32)
     out[..., : values.shape[-2], : values.shape[-1]] = values
     return out
-
-
-def _brightest(image: np.ndarray) -> np.ndarray:
-    """Return (h, w) the greatest channel of an (h, w, 3) image; NumPy's takes ten times as long."""
-    red, green, blue = cv2.split(image)
-    return cv2.max(cv2.max(red, green), blue)

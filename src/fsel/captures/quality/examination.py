@@ -10,7 +10,6 @@ import numpy as np
 
 from fsel.captures.images.matching import choose_pairs
 from fsel.captures.images.previews import Progress, in_silence, in_turn, shrunk
-from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.lazy import LazyCapture, open_capture
 from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
 from fsel.captures.quality import findings, photometry, poses
@@ -50,13 +49,20 @@ def examined(
     placed = _Placed(opened)
     found, detail = placed.misplaced(), None
     if matching:
-        found += _mismatched(opened.raw, progress)
+        pairs = choose_pairs(opened.raw.world_to_camera, len(opened.capture), PARTNERS)
+        matches = list(matches_of(opened.raw, pairs, progress))
+        side = max((max(one[6]) for one in matches), default=0)
+        errors = epipolar_errors(opened.raw, matches)
+        error, limit = poses.epipolar(errors, len(opened.capture), side)
+        found += exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
     if images and len(opened.capture) > NEAR:
         shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
         cells, small, sides = zip(*shown, strict=True)
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
-        found += [*_duplicates(small), *_unreadable(np.array(sides))]
+        unreadable = (np.array(sides) == 1) * 1.0
+        found += exceeding(findings.UNREADABLE, unreadable, 0.0, "image that no decoder takes")
+        found += _duplicates(small)
         known = np.exp(sharpness(pictured.cells).min(axis=1))
         detail = known if np.isfinite(known).any() else None
     found.sort(key=lambda finding: finding.severity)
@@ -84,15 +90,6 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
 
 
-def _mismatched(raw: RawCapture, progress: Progress) -> list[Finding]:
-    """Return frames whose poses contradict their matches with others."""
-    pairs = choose_pairs(raw.world_to_camera, len(raw.names), PARTNERS)
-    matches = list(matches_of(raw, pairs, progress))
-    side = max((max(one[6]) for one in matches), default=0)
-    error, limit = poses.epipolar(epipolar_errors(raw, matches), len(raw.names), side)
-    return exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
-
-
 def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
     """The cells of a frame's image, the image small and grey, and the side that was measured."""
     try:
@@ -115,19 +112,8 @@ def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
     return [Finding(int(i), findings.DUPLICATE, float(moved[i]), STILL, what) for i in again]
 
 
-def _unreadable(sides: np.ndarray) -> list[Finding]:
-    """Return frames whose image no decoder takes."""
-    return exceeding(findings.UNREADABLE, (sides == 1) * 1.0, 0.0, "image that no decoder takes")
-
-
 class _Placed:
-    """A capture's poses and points.
-
-    Attributes:
-        opened: the capture.
-        points: its points; none where it has none.
-        rows: observations of each frame.
-    """
+    """A capture's poses and points, and the rows of each frame's observations."""
 
     def __init__(self, opened: LazyCapture) -> None:
         self.opened = opened
@@ -173,16 +159,7 @@ class _Placed:
 
 
 class _Pictured:
-    """Measurements of a capture's images, and where its points lie in them.
-
-    Attributes:
-        placed: its poses and points.
-        cells: of its images.
-        points: of each frame those in the longest tracks.
-        rows: observations of each frame.
-        gains: (N, 3) logarithms of the gains of the frames' channels.
-        colors: (M, 3) those of the points' colors.
-    """
+    """Cells of a capture's images, and where the points in each frame's longest tracks lie."""
 
     def __init__(self, placed: _Placed, cells: Cells, sides: np.ndarray) -> None:
         """Args: the capture; cells of its images; (N,) the longer sides that they were of."""
@@ -191,8 +168,8 @@ class _Pictured:
         self._scale = sides / [max(camera.width, camera.height) for camera in cameras]
         self.points = points = _longest(placed.points, placed.rows)
         self.rows = grouped_rows(points.track_frame, len(sides))
-        self._cell = cells.at(points.track_xy, self._scale[points.track_frame])
-        self._tracks = cells, self._cell, points.track_point, points.track_frame
+        cell = cells.at(points.track_xy, self._scale[points.track_frame])
+        self._tracks = cells, cell, points.track_point, points.track_frame
         if len(points.track_frame):
             self.gains, self.colors = photometry.gains_at_points(*self._tracks)
         else:
@@ -200,28 +177,17 @@ class _Pictured:
 
     def blurred(self) -> list[Finding]:
         """Return frames with less detail than they should have, by three references."""
-        detail = sharpness(self.cells)
-        by = {
-            "the frames beside it": (
-                photometry.blur_beside(detail, self.placed.near),
-                photometry.BESIDE,
-            ),
-            "sharp frames at the points that it sees": (
-                photometry.blur_at_points(*self._tracks),
-                photometry.AT_POINTS,
-            ),
-            "the capture's sharpest tenth": (
-                photometry.blur_in_capture(detail),
-                photometry.OF_CAPTURE,
-            ),
-        }
-        return [
-            finding
-            for what, (times, limit) in by.items()
-            for finding in exceeding(
-                findings.BLURRED, times, limit, f"times less detail than {what}"
-            )
-        ]
+        detail, found = sharpness(self.cells), []
+        beside = photometry.blur_beside(detail, self.placed.near)
+        at_points = photometry.blur_at_points(*self._tracks)
+        of_all = photometry.blur_in_capture(detail)
+        for times, limit, what in (
+            (beside, photometry.BESIDE, "the frames beside it"),
+            (at_points, photometry.AT_POINTS, "sharp frames at the points that it sees"),
+            (of_all, photometry.OF_CAPTURE, "the capture's sharpest tenth"),
+        ):
+            found += exceeding(findings.BLURRED, times, limit, f"times less detail than {what}")
+        return found
 
     def exposed(self) -> list[Finding]:
         """Frames that are too bright, too dark or of another tint than the others, or burnt out."""

@@ -14,22 +14,13 @@ ALONE = "no other frame shows half of what it does"
 
 
 class Finding(NamedTuple):
-    """Fault of a frame.
-
-    Attributes:
-        frame: its number.
-        kind: `blurred`, `misplaced`, `exposure`, `white balance`, `burnt out`, `covered`,
-            `duplicate` or `unreadable`.
-        value: how bad it is.
-        threshold: the value of a good frame, at most; of a duplicate, at least.
-        measure: what the value counts, in words that follow it.
-    """
+    """Fault of a frame."""
 
     frame: int
-    kind: str
-    value: float
-    threshold: float
-    measure: str
+    kind: str  # one of the words above
+    value: float  # how bad it is
+    threshold: float  # the value of a good frame, at most; of a duplicate, at least
+    measure: str  # what the value counts, in words that follow it
 
     @property
     def severity(self) -> float:
@@ -43,12 +34,11 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Health:
-    """Health of a capture's frames.
+    """Health of a capture's N frames.
 
     Attributes:
         findings: in the order of the frames.
-        sharpness: (N,) high frequencies of every frame over its contrast, NaN where they are
-            unknown; None where no image was opened, or none shows enough.
+        sharpness: (N,) high frequencies over the contrast, NaN where unknown; None for all.
         left_out: (n,) int64 frames that are not to be picked, the least bad first.
         alone: (m,) int64 bad frames that stay: no others show half of what each shows.
     """
@@ -59,7 +49,7 @@ class Health:
     alone: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def of(self, frame: int) -> list[Finding]:
-        """Findings on a frame."""
+        """Return the findings on a frame."""
         return [finding for finding in self.findings if finding.frame == frame]
 
     def of_kind(self, kind: str) -> np.ndarray:
@@ -90,8 +80,7 @@ def left_out(
     misplaced or unreadable never do.
 
     Args:
-        findings: of the frames.
-        count: how many frames there are.
+        findings, count: of N frames.
         shown: (frame, (N,) bool of those that stay) -> whether these show what it shows.
 
     Returns:

@@ -25,15 +25,13 @@ STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 
 
 def blur_beside(sharpness: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Times that the frames beside each show as much detail, along the direction that lost most.
+    """(N,) times that frames beside each show as much detail, along the direction that lost most.
+
+    1 stands for as much as the second sharpest of them, since a burst blurs some.
 
     Args:
         sharpness: (N, 4) see `fsel.captures.quality.cells.sharpness`.
         near: (N, m) frames beside each.
-
-    Returns:
-        (N,) 1 for as much as the second sharpest of them, since a burst blurs some; NaN where it
-        is unknown.
     """
     ordered = np.sort(np.nan_to_num(sharpness[near], nan=-np.inf), axis=1)
     usual = ordered[:, -2] if near.shape[1] > 1 else np.full_like(sharpness, np.nan)
@@ -51,19 +49,15 @@ def blur_in_capture(sharpness: np.ndarray) -> np.ndarray:
 def blur_at_points(
     cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
 ) -> np.ndarray:
-    """Return times that the places of a frame's points show as much detail in the sharpest frames.
+    """(N,) times that a frame's points show as much detail in the sharpest tenth of their frames.
 
-    A place's reference is what it shows in the sharpest tenth of the frames that see it, and a
-    frame's value the median over its places. Noise raises the reference of every place, so the
-    sharpest tenth of the frames has the value 1.
+    A frame's value is the median over its places, NaN for few. Noise raises the reference of every
+    place, so the sharpest tenth of the frames has the value 1.
 
     Args:
         cells: of N frames.
         cell: (L,) cell of each observation, see `Cells.at`.
         point, frame: (L,) its point and its frame.
-
-    Returns:
-        (N,) NaN for frames with few places.
     """
     count = len(cells.variance)
     variance = cells.variance.reshape(count, -1)[frame, cell]
@@ -89,16 +83,10 @@ def gains_at_points(
     """Return the gain of each frame's channels over the other frames that see the same points.
 
     The logarithm of a color is a point's plus a frame's, fitted by medians in turn (Tukey's median
-    polish, 1977).
-
-    Args:
-        cells: of N frames.
-        cell: (L,) cell of each observation, see `Cells.at`.
-        point, frame: (L,) its point and its frame.
+    polish, 1977). Arguments are those of `blur_at_points`.
 
     Returns:
-        (N, 3) natural logarithm of the gains; NaN for frames without known colors. (M, 3) that of
-        the points' colors; NaN for points without.
+        (N, 3) natural logarithm of the gains, and (M, 3) of the points' colors; NaN where unknown.
     """
     count, gains, colors = len(cells.clipped), [], []
     for values in cells.color.reshape(count, 3, GRID * GRID).transpose(1, 0, 2):
@@ -123,11 +111,7 @@ def gains_beside(cells: Cells, near: np.ndarray) -> np.ndarray:
 
 
 def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
-    """(N,) factors by which frames are too bright or dark, and the limit; the same of the tint.
-
-    Args:
-        gains: (N, 3) natural logarithm.
-    """
+    """(N,) factors by which (N, 3) log gains are too bright or dark, the limit; also of tint."""
     known = np.isfinite(gains).all(axis=1)
     if not known.any():
         return np.full(len(gains), np.nan), 1.0, np.full(len(gains), np.nan), 1.0
@@ -143,16 +127,12 @@ def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) 
     """Return the share of the points expected in a frame's middle that something hides.
 
     Points are not found in blurred frames either, nor where the view is another, but then the
-    colors of their surroundings still go with those expected.
+    colors of their surroundings still go with those expected: the share is 0. NaN for few points.
 
     Args:
         color: (n, 3) of the frame where the points are expected; 0 where it is unknown.
-        expected: (n, 3) color of the points as other frames show them, up to a gain of each
-            channel.
+        expected: (n, 3) color of the points in other frames, up to a gain of each channel.
         observed: (n,) bool, points that the frame was seen to show.
-
-    Returns:
-        0 to 1; 0 where the colors are like those expected, NaN for too few points.
     """
     known = (color > 0).all(axis=1) & np.isfinite(expected).all(axis=1)
     if known.sum() < LEAST_EXPECTED:
@@ -170,14 +150,7 @@ def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def duplicates(thumbnails: np.ndarray) -> np.ndarray:
-    """Find which frames of a sequence to keep, so that neighbours differ.
-
-    Args:
-        thumbnails: see `movements`.
-
-    Returns:
-        (n,) bool, true for frames to keep; the first is always one.
-    """
+    """Return (n,) bool, which frames of a sequence to keep so that neighbours differ."""
     return movements(thumbnails) >= STILL
 
 
@@ -187,8 +160,7 @@ def movements(thumbnails: np.ndarray) -> np.ndarray:
     A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
 
     Args:
-        thumbnails: (n, h, w) grey images in their order in time, reduced by averaging; a longer
-            side of about 100 pixels is enough.
+        thumbnails: (n, h, w) grey images in their order in time, some 100 pixels long, by averages.
 
     Returns:
         (n,) shares of the longer side, infinite for the first frame.
@@ -202,14 +174,11 @@ def movements(thumbnails: np.ndarray) -> np.ndarray:
 
 
 def moved(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the distance that the content of (h, w) grey images moved between two.
+    """Return how far the content of two (h, w) grey images moved, as a share of the longer side.
 
     The root of the mean squared difference over that of the gradient along a direction: the optical
     flow constraint (Horn and Schunck, 1981) for one motion of the whole image. Brightness and
     contrast are evened first. Motions beyond the texture's scale are underestimated.
-
-    Returns:
-        Share of the longer side; 0 for two blank images, infinite for one.
     """
     a, b = _evened(first), _evened(second)
     change = ((a - b) ** 2).mean()

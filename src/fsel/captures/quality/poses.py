@@ -24,9 +24,7 @@ def reprojection(
     """Return median reprojection error of each frame, the largest that is usual, and its inliers.
 
     Args:
-        errors: (L,) pixels between observations and their points' projections; inf behind the
-            camera.
-        frame: (L,) of each.
+        errors, frame: (L,) pixels between observations and their points' projections, of a frame.
         count: how many frames there are.
         side: pixels of the images' longer side.
 
@@ -45,18 +43,14 @@ def reprojection(
 def epipolar(
     errors: list[tuple[int, int, float]], count: int, side: float
 ) -> tuple[np.ndarray, float]:
-    """Return epipolar error of each frame, that of its best pair, and the largest that is usual.
+    """Return (N,) pixels of epipolar error of each frame's best pair, and the most that is usual.
 
     A frame that is misplaced agrees with no other; another that was matched with it agrees with
     its other partner.
 
     Args:
         errors: two frames and their matches' median distance from the epipolar lines, in pixels.
-        count: how many frames there are.
-        side: pixels of the images' longer side.
-
-    Returns:
-        (N,) pixels, NaN for frames without a pair, and the limit.
+        count, side: see `reprojection`.
     """
     best = np.full(count, np.nan)
     for *pair, error in errors:
@@ -75,8 +69,7 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
         world_to_camera: (n, 3, 4) of a pass, in the order in which it was filmed.
 
     Returns:
-        (n,) above 1 for a frame that jumps, by its position or its direction; zeros where the
-        frames are no smooth path, as photos are.
+        (n,) above 1 for a jump of position or direction; zeros where there is no smooth path.
     """
     count, nothing = len(world_to_camera), np.zeros(len(world_to_camera))
     if count < LEAST_PATH:

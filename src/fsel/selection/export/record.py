@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from fsel.captures.colmap.estimator import found_by
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import BLURRED, DUPLICATE
 from fsel.core.geometry import pose_distance
@@ -118,7 +117,7 @@ def unplaced(found: dict | None) -> list[dict]:
     return [
         {
             "name": name,
-            "reason": f"not placed by {found_by(found)}{seconds.get(name, '')}",
+            "reason": f"not placed by {found['by']}{seconds.get(name, '')}",
             "closest_pick": None,
         }
         for name in found["not_placed"]
