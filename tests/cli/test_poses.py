@@ -90,7 +90,7 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
 @pytest.mark.parametrize(("step", "rate"), [(90, 15), (2, 31)])  # at most twice what was taken
 def test_the_hint_is_a_rate_where_a_video_has_more_frames(step, rate):
     seconds = np.arange(0, 181, step) / 30
-    found = {"placed": ["a", "b"], "frames": len(seconds)}
+    found = {"by": "COLMAP", "placed": ["a", "b"], "frames": len(seconds)}
     found["video"] = [{"name": "a", "index": round(30 * at), "seconds": at} for at in seconds]
     walk = Opening((Path("walk.mp4"),), wanted=30)
     said = rf"k is 30, .* 2 of {len(seconds)} frames; .*Hint: --rate {rate} takes more"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.estimator import Estimator, checked
+from fsel.captures.colmap.estimator import OWN, Estimator, checked
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
@@ -84,8 +84,7 @@ def opened(
     capture = open_capture(place / CAPTURE, "colmap", long_side, opening.max_error)
     # as a person knows it, not as the cache does
     known = f"colmap at {', '.join(str(path) for path in opening.paths)}"
-    known_capture = replace(capture.capture, source=known)
-    return replace(capture, capture=known_capture, found=found)
+    return replace(capture, capture=replace(capture.capture, source=known), found=found)
 
 
 def warn_of(skipped: dict[str, str], reporter: Reporter) -> None:
@@ -130,7 +129,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
             asked = {"sources": paths, "settings": asdict(sampling)}
             shutil.rmtree(place / "matching")
             write_text(json.dumps(asked | found, indent=1), place / FOUND)  # last
-    report = json.loads((place / FOUND).read_text(encoding="utf-8"))
+    report = {"by": OWN} | json.loads((place / FOUND).read_text(encoding="utf-8"))
     reporter.say(
         "poses", f"{report['by']} placed {len(report['placed'])} of {report['frames']} frames"
     )

@@ -256,11 +256,10 @@ def check_images(raw: RawCapture, long_side: int) -> None:
         for file, camera in zip(group, raw.cameras, strict=False)
         if isinstance(file, Path)
     ]
-    missing = next((file for file, _ in files if not file.is_file()), None)
-    if missing is not None:  # before any is opened: a capture may have a million
-        count = sum(not file.is_file() for file, _ in files)
+    missing = [file for file, _ in files if not file.is_file()]
+    if missing:  # before any is opened: a capture may have a million
         raise ValueError(
-            f"{missing}: image file is missing ({count} in all). Hint: "
+            f"{missing[0]}: image file is missing ({len(missing)} in all). Hint: "
             "`skip_unreadable` (--skip-unreadable) leaves such frames out"
         )
     sizes = in_turn(lambda at: image_files.size_of(files[at][0]), [file for file, _ in files])

@@ -1,7 +1,6 @@
 """COLMAP models on disk: checked before COLMAP reads them, their points as arrays, and written.
 
-COLMAP's reader takes anything beyond a file's end for counts, and may allocate all memory.
-pycolmap hands observations out one by one: 600,000 took a second and a half.
+COLMAP's reader takes anything beyond a file's end for counts, and pycolmap's observations are slow.
 """
 
 from __future__ import annotations
@@ -98,13 +97,7 @@ def _name_end(content: mmap, at: int) -> int:
 def points_reader(
     reconstruction: pycolmap.Reconstruction, ids: Sequence[int], model: Path | None = None
 ) -> Callable[[tuple[int, ...]], RawPoints | None]:
-    """Return what reads the points of a model, see `RawCapture.points`.
-
-    Args:
-        reconstruction: the model.
-        ids: numbers of the frames' images.
-        model: its folder, if it has one.
-    """
+    """Return what reads the points of a model, see `RawCapture.points`; ids are of its images."""
     seen, source = cache(lambda: observed(reconstruction, model)), model or "the model"
     return cache(
         lambda rows: points_of(seen(), {ids[row]: at for at, row in enumerate(rows)}, source)

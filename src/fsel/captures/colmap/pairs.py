@@ -1,8 +1,6 @@
-"""Pairs of images that are matched when no poses are known.
+"""Pairs of images to match: neighbours in time, and images that look alike, which closes loops.
 
-Neighbours in time, at growing distances; and images that look alike, wherever they are, which
-closes loops. Images are compared by VLAD (Jegou et al. 2010) of the features that are matched
-anyway, over a vocabulary made from the capture itself, so that no vocabulary is downloaded.
+Images are compared by VLAD (Jegou et al. 2010) over a vocabulary made from the capture itself.
 """
 
 from __future__ import annotations

@@ -110,9 +110,7 @@ def _reduced(size: tuple[int, int], long_side: int) -> tuple[int, int]:
 class Lens:
     """Undistortion and resizing of one camera's images of one true size.
 
-    Attributes:
-        intrinsics: (4,) fx, fy, cx, cy of the images that come out.
-        size: their (width, height), pixels.
+    The attributes `intrinsics`, fx, fy, cx, cy, and `size` are of the images that come out.
     """
 
     def __init__(
@@ -128,30 +126,22 @@ class Lens:
             camera: at the size that the dataset states.
             size: (width, height) of the images as they are, of the same shape.
             long_side: longer side of the images to make; smaller ones keep their size.
-            frame: (width, height) of the images to make, whose middle is cropped to that shape; in
-                the place of `long_side`.
+            frame: (width, height) to crop the images to, in the place of `long_side`.
         """
         self.size = working_size(camera, size, long_side)
-        pinhole = straight(camera)
+        pinhole, stated = straight(camera), (camera.width, camera.height)
         self._maps = None if is_straight(camera) else undistortion_maps(camera, pinhole, size)
-        factors = np.array(self.size) / (camera.width, camera.height)
-        self.intrinsics = np.array(pinhole.params) * np.tile(factors, 2)
+        self.intrinsics = np.array(pinhole.params) * np.tile(np.array(self.size) / stated, 2)
         self._window = (slice(None), slice(None))
-        if frame is not None:
-            self._crop(np.array(size), np.array(frame), pinhole)
+        if frame is not None:  # the largest middle part that has its shape
+            part = np.round(np.array(frame) * np.divide(size, frame).min())
+            part = np.maximum(1, part).astype(int)
+            start = (np.array(size) - part) // 2
+            across, down = (slice(a, a + n) for a, n in zip(start, part, strict=True))
+            self._window, self.size = (down, across), frame
+            focal, center = np.array(pinhole.params).reshape(2, 2) * size / stated
+            self.intrinsics = np.concatenate([focal, center - start]) * np.tile(frame / part, 2)
         self._same = self.size == size
-
-    def _crop(self, size: np.ndarray, frame: np.ndarray, pinhole: Camera) -> None:
-        """Take the largest middle part of the images that has the shape of a frame."""
-        part = np.maximum(1, np.round(frame * (size / frame).min())).astype(int)
-        start = (size - part) // 2
-        across, down = (slice(a, a + n) for a, n in zip(start, part, strict=True))
-        self._window = down, across
-        focal, center = (
-            np.array(pinhole.params).reshape(2, 2) * size / (pinhole.width, pinhole.height)
-        )
-        self.intrinsics = np.concatenate([focal, center - start]) * np.tile(frame / part, 2)
-        self.size = (int(frame[0]), int(frame[1]))
 
     def straighten(self, image: np.ndarray, border: int = cv2.BORDER_REPLICATE) -> np.ndarray:
         """Return the undistorted (h, w) or (h, w, 3) uint8 image, reduced by area means."""

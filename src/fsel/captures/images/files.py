@@ -173,8 +173,13 @@ def reduction(longest: int, side: int) -> int:
     return max(factor for factor in COLOR if factor == 1 or longest // factor >= side)
 
 
-def check_pixels(file: Path) -> None:
-    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes."""
+def check_pixels(file: Image) -> None:
+    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes.
+
+    A video's frames, which are decoded to be copied, are passed over.
+    """
+    if isinstance(file, VideoFrame):
+        return
     if is_heic(file):
         with opened(file) as photo:
             photo.load()
@@ -185,8 +190,6 @@ def check_pixels(file: Path) -> None:
 
 def fault(image: Image) -> str:
     """Return the fault of an image file, without its name; empty for a sound one or a video's."""
-    if isinstance(image, VideoFrame):
-        return ""
     try:
         check_pixels(image)
     except ValueError as error:

@@ -27,8 +27,7 @@ def choose_pairs(
 
     Args:
         world_to_camera: (N, 3, 4).
-        count: how many frames get partners.
-        partners: how many each gets.
+        count, partners: how many frames get partners, and how many each gets.
     """
     rotation = world_to_camera[:, :, :3]
     centers = camera_centers(world_to_camera)

@@ -99,8 +99,7 @@ def reduced(image: np.ndarray, side: int) -> np.ndarray:
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:
     """Decode files to refuse one that no decoder takes; a video's frames are passed over."""
-    paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
-    in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
+    in_turn(lambda at: image_files.check_pixels(files[at]), files)
 
 
 def in_turn(

@@ -171,15 +171,9 @@ def write_sparse(
     lost: bool = True,
     text: bool = False,
 ) -> None:
-    """Write a COLMAP model of a recording.
+    """Write a COLMAP model of a recording, its observations scaled to a camera's size.
 
-    Args:
-        recording: whose points and poses are written.
-        camera: of the images, to whose size observations are scaled.
-        names: N images.
-        folder: receives the model's files.
-        lost: whether frames whose pose was lost are written too.
-        text: whether the files are text.
+    With `lost`, frames whose pose was lost are written too.
     """
     scale = camera.width / recording.camera.width
     kept = np.flatnonzero(~recording.lost | lost).tolist()

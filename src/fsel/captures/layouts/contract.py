@@ -128,3 +128,8 @@ class Layout:
     read: Callable[..., RawCapture]
     write: Callable[[Recording, Path], None] | None = None
     options: tuple[str, ...] = ()
+
+
+def has_file(path: str) -> Callable[[Path], bool]:
+    """Return the check whether a folder has a file."""
+    return lambda folder: (folder / path).is_file()

@@ -1,12 +1,7 @@
 """DL3DV: nerfstudio files whose intrinsics are at full resolution though only images_4 ship.
 
 The benchmark holds two distributions of a scene, `nerfstudio` (distorted images) and
-`gaussian_splat` (COLMAP, undistorted); their poses and cameras do not mix. The 10K release and its
-sample hold the first alone.
-
-`read_protocol` is for the evaluation of Long-LRM (Ziwen et al. 2025, arXiv 2410.12781): every
-eighth frame is held out, and the authors' `dl3dv_fold_8_kmeans_input_idx.json` lists each scene's
-input frames, by their places in its transforms.json.
+`gaussian_splat` (COLMAP, undistorted); their poses and cameras do not mix.
 """
 
 from __future__ import annotations
@@ -96,10 +91,12 @@ class Protocol:
 def read_protocol(
     file: str | Path, scene: str, folder: str | Path, names: Sequence[str]
 ) -> Protocol:
-    """Return the protocol of one scene.
+    """Return the protocol of one scene of Long-LRM's evaluation (Ziwen et al. 2025, 2410.12781).
+
+    Every eighth frame is held out; a list has the places of the inputs in its transforms.json.
 
     Args:
-        file: the list.
+        file: the list, the authors' `dl3dv_fold_8_kmeans_input_idx.json`.
         scene: its name there.
         folder: the scene as it is distributed.
         names: frames of the capture.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts import colmap, ply_points
-from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording, has_file
 from fsel.captures.parsing import (
     inside,
     member,
@@ -22,6 +23,7 @@ from fsel.captures.parsing import (
     world_transform,
 )
 from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.core.points import RawPoints
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -92,10 +94,12 @@ def from_json(
         raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
     mask_names = [slashed(text(frame, "mask_path", path)) for frame in masked]
     files = [inside(folder, Path(images, frame["file_path"]), path) for frame in frames]
-    points = None
-    if content.get("ply_file_path") is not None:
-        cloud = inside(folder, slashed(text(content, "ply_file_path", path)), path)
-        points = ply_points.reader(cloud, applied, scale)
+
+    @cache
+    def cloud() -> RawPoints:
+        file = inside(folder, slashed(text(content, "ply_file_path", path)), path)
+        return ply_points.read(file, applied, scale)
+
     return RawCapture(
         names=names,
         images=[_existing(file, copies) for file in files],
@@ -103,7 +107,7 @@ def from_json(
         cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(PurePosixPath(name).parent) for name in names],
         masks=[_existing(inside(folder, Path(masks, name), path)) for name in mask_names] or None,
-        points=points,
+        points=(lambda frames: cloud()) if content.get("ply_file_path") is not None else None,
         dropped=dropped,
     )
 
@@ -251,4 +255,4 @@ def write(recording: Recording, folder: Path) -> None:
     write_scene(recording, recording.camera, names, NEW_APPLIED_TRANSFORM, folder)
 
 
-LAYOUT = Layout("nerfstudio", lambda folder: (folder / "transforms.json").is_file(), read, write)
+LAYOUT = Layout("nerfstudio", has_file("transforms.json"), read, write)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,28 +18,8 @@ HEADER = 1 << 16  # bytes that are looked at for the header
 GREY = 128  # of points without a colour
 
 
-def reader(
-    path: Path, applied: np.ndarray | None, scale: float
-) -> Callable[[tuple[int, ...]], RawPoints]:
-    """Return what reads a file's points for whatever frames, see `RawCapture.points`.
-
-    Args:
-        applied, scale: (3, 4) world transform and scale that the points carry and lose.
-    """
-
-    @cache
-    def points() -> RawPoints:
-        stated = read(path)
-        xyz = stated.xyz / scale
-        if applied is not None:
-            xyz = (xyz - applied[:, 3]) @ np.linalg.inv(applied[:, :3]).T
-        return replace(stated, xyz=xyz)
-
-    return lambda frames: points()
-
-
-def read(path: Path) -> RawPoints:
-    """Return the finite positions and the colours as the file states them, without tracks."""
+def read(path: Path, applied: np.ndarray | None, scale: float) -> RawPoints:
+    """Return a file's finite points, without tracks and the (3, 4) world transform they carry."""
     if not path.exists():
         raise ValueError(f"{path}: file of points is missing")
     try:
@@ -55,6 +33,9 @@ def read(path: Path) -> RawPoints:
         raise ValueError(f"{path}: no .ply file of points: {error}") from error
     for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{path}: point {row} lies at {xyz[row].tolist()}, not finite")
+    xyz = xyz / scale
+    if applied is not None:
+        xyz = (xyz - applied[:, 3]) @ np.linalg.inv(applied[:, :3]).T
     return replace(NO_POINTS, xyz=xyz, rgb=rgb)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap, nerfstudio
-from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording, has_file
 from fsel.captures.layouts.nerfstudio import intrinsics_of
 from fsel.captures.parsing import member, numbers, read_json, text
 from fsel.core.geometry import invert_pose
@@ -132,11 +131,7 @@ def write_iphone(recording: Recording, folder: Path) -> None:
     colmap.write_sparse(recording, recording.camera, names, root / "colmap", lost=False, text=True)
 
 
-def _has(path: str) -> Callable[[Path], bool]:
-    return lambda folder: (folder / path).is_file()
-
-
-DSLR = Layout("scannetpp_dslr", _has("dslr/nerfstudio/transforms.json"), read_dslr, write_dslr)
+DSLR = Layout("scannetpp_dslr", has_file("dslr/nerfstudio/transforms.json"), read_dslr, write_dslr)
 IPHONE = Layout(
-    "scannetpp_iphone", _has("iphone/pose_intrinsic_imu.json"), read_iphone, write_iphone
+    "scannetpp_iphone", has_file("iphone/pose_intrinsic_imu.json"), read_iphone, write_iphone
 )

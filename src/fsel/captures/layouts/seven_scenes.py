@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording, has_file
 from fsel.captures.parsing import check_turn, numbers, read_matrix, read_text
 from fsel.core.geometry import invert_pose
 
@@ -128,9 +128,4 @@ def write(recording: Recording, folder: Path) -> None:
     (folder / "TestSplit.txt").write_text(lines[-1])
 
 
-def recognises(folder: Path) -> bool:
-    """Look for the training split."""
-    return (folder / "TrainSplit.txt").is_file()
-
-
-LAYOUT = Layout("seven_scenes", recognises, read, write, ("pose_source",))
+LAYOUT = Layout("seven_scenes", has_file("TrainSplit.txt"), read, write, ("pose_source",))
