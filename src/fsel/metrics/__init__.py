@@ -70,8 +70,6 @@ def score_views(
     if not np.isfinite(rendered).all():
         view = int(np.argmin(np.isfinite(rendered).all(axis=(1, 2, 3))))
         raise ValueError(f"view {view} is rendered with values that are not finite")
-    if tuple(metrics) == fused.NAMES:
-        return fused.score(rendered, truth, masks)
     columns, settings = {}, _settings(metrics)
     if set(settings) & set(fused.NAMES):
         together = fused.score(rendered, truth, masks)

@@ -14,15 +14,10 @@ from fsel.core.points import SparsePoints
 @dataclass(frozen=True)
 class Frame:
     """Origin and unit of a reconstruction's coordinates: float32 holds neither 10^7 metres with
-    millimetres between the cameras, nor squares of 10^-30.
+    millimetres between the cameras, nor squares of 10^-30."""
 
-    Attributes:
-        origin: (3,) float64, the middle of the cameras.
-        unit: their largest distance from it, world units; 1 where all are in one place.
-    """
-
-    origin: np.ndarray
-    unit: float
+    origin: np.ndarray  # (3,) float64, the middle of the cameras
+    unit: float  # their largest distance from it, world units; 1 where all are in one place
 
     @classmethod
     def of(cls, capture: Capture) -> Frame:

@@ -53,17 +53,12 @@ def table_of(
     local = (xyz - frame.origin) / frame.unit
     table = np.zeros((len(xyz), width_of(degree)), np.float32)
     table[:, MEAN] = local
-    table[:, SCALE] = np.log(_spacing(local))[:, None]
+    spacing = np.full(len(local), 0.1)
+    if len(local) > 1:  # root mean square distance to the nearest others
+        gaps = cKDTree(local).query(local, min(NEIGHBOURS + 1, len(local)))[0][:, 1:]
+        spacing = np.maximum(np.sqrt((gaps**2).mean(axis=1)), SMALLEST)
+    table[:, SCALE] = np.log(spacing)[:, None]
     table[:, TURN.start] = 1
     table[:, LOGIT] = np.log(OPACITY / (1 - OPACITY))
     table[:, COLOR : COLOR + 3] = (rgb - 0.5) / C0
     return table
-
-
-def _spacing(points: np.ndarray) -> np.ndarray:
-    """Return (n,) root mean square distance to the three nearest others."""
-    if len(points) < 2:
-        return np.full(len(points), 0.1)
-    nearest = min(NEIGHBOURS, len(points) - 1)
-    gaps = cKDTree(points).query(points, nearest + 1)[0][:, 1:]
-    return np.maximum(np.sqrt((gaps**2).mean(axis=1)), SMALLEST)

@@ -5,8 +5,7 @@ with total variation, as Plenoxels (Fridovich-Keil et al. 2022); interpolation b
 coarse to fine, as DVGO (Sun et al. 2022); contracted space as Mip-NeRF 360 (Barron et al. 2022).
 """
 
-from fsel.reconstruct.radiance_field.model import RadianceModel
-from fsel.reconstruct.radiance_field.reconstructor import RadianceField
+from fsel.reconstruct.radiance_field.reconstructor import RadianceField, RadianceModel
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
 
 __all__ = ["RadianceField", "RadianceModel", "RadianceSettings"]

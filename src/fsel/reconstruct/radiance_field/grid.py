@@ -14,22 +14,13 @@ from fsel.reconstruct.radiance_field.rays import HALF_SIDE, width_of
 
 @dataclass(frozen=True)
 class Grid:
-    """A field at the vertices around the occupied cells; elsewhere space is empty.
+    """A field at the vertices around the occupied cells; elsewhere space is empty."""
 
-    Attributes:
-        side: vertices along an edge of the cube.
-        occupied: (side**3,) bool, by the lowest vertex of a cell.
-        index: (side**3,) int32, the row of each vertex, or -1.
-        density: (n,) float32 logarithms of density, per contracted length.
-        color: (n, W) float32 raw colours: three channels for each harmonic, then padding.
-        harmonics: of colour.
-    """
-
-    side: int
-    occupied: np.ndarray
-    index: np.ndarray
-    density: np.ndarray
-    color: np.ndarray
+    side: int  # vertices along an edge of the cube
+    occupied: np.ndarray  # (side**3,) bool, by the lowest vertex of a cell
+    index: np.ndarray  # (side**3,) int32, the row of each vertex, or -1
+    density: np.ndarray  # (n,) float32 logarithms of density, per contracted length
+    color: np.ndarray  # (n, W) float32 raw: three channels for each harmonic, then padding
     harmonics: int
 
     @property

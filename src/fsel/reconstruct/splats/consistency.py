@@ -15,25 +15,15 @@ PAIR_BYTES = 12  # of a pixel and a neighbour, see `fusion.Verdicts`
 
 
 class Maps(NamedTuple):
-    """K depth maps, and how each is carried into the M that it is compared with.
+    """K depth maps, and how each is carried into the M that it is compared with."""
 
-    Attributes:
-        inverse: (K, h, w) float32 inverse depth.
-        rays: (K, 2, h, w) float32, x/z and y/z of every pixel.
-        neighbours: (K, M) int64 rows.
-        rotation: (K, M, 3, 3) float32, camera to neighbour.
-        translation: (K, M, 3) float32.
-        ks: (K, 4) float32 intrinsics.
-        tolerance: (K,) float32 inverse depth.
-    """
-
-    inverse: np.ndarray
-    rays: np.ndarray
-    neighbours: np.ndarray
-    rotation: np.ndarray
-    translation: np.ndarray
-    ks: np.ndarray
-    tolerance: np.ndarray
+    inverse: np.ndarray  # (K, h, w) float32 inverse depth
+    rays: np.ndarray  # (K, 2, h, w) float32, x/z and y/z of every pixel
+    neighbours: np.ndarray  # (K, M) int64 rows
+    rotation: np.ndarray  # (K, M, 3, 3) float32, camera to neighbour
+    translation: np.ndarray  # (K, M, 3) float32
+    ks: np.ndarray  # (K, 4) float32 intrinsics
+    tolerance: np.ndarray  # (K,) float32 inverse depth
 
 
 def agreed(
@@ -55,16 +45,9 @@ def agreed(
     rows = [slice(first, first + step) for first in range(0, count, step)]
 
     def compared(own: slice) -> fusion.Verdicts:
-        return fusion.compare(
-            own.start,
-            maps.inverse,
-            maps.rays,
-            maps.neighbours[own],
-            maps.rotation[own],
-            maps.translation[own],
-            maps.ks,
-            maps.tolerance[own],
-        )
+        there = maps.neighbours[own], maps.rotation[own], maps.translation[own]
+        given = own.start, maps.inverse, maps.rays, *there, maps.ks, maps.tolerance[own]
+        return fusion.compare(*given)
 
     held = compared(rows[0]) if len(rows) == 1 else None
 
@@ -78,9 +61,5 @@ def agreed(
         return fusion.fuse(own.start, maps.inverse, opacity, maps.neighbours[own], known)
 
     for _ in range(rounds):
-        opacity = _joined([voted(own) for own in rows])
-    return _joined([fused(own) for own in rows]), opacity
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        opacity = np.concatenate([voted(own) for own in rows])
+    return np.concatenate([fused(own) for own in rows]), opacity

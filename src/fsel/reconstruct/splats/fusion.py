@@ -24,20 +24,14 @@ class Verdicts(NamedTuple):
     """Comparison of the n pixels of each of B depth maps with M neighbours.
 
     Each list holds the pixels that agree first, and from its end those that float in front of what
-    the neighbour sees; the entries between are not used.
-
-    Attributes:
-        pixels: (B, M, n + 1) uint32, flat pixels.
-        others: (B, M, n + 1) uint32, the neighbour's flat pixels that they fall on.
-        carried: (B, M, n + 1) float32, where they agree the neighbour's inverse depth carried back
-            along the pixel's ray.
-        bounds: (B, M, 2) int64, end of those that agree, start of those that float.
+    the neighbour sees; the entries between are not used. Where pixels agree, `carried` is the
+    neighbour's inverse depth carried back along the pixel's ray.
     """
 
-    pixels: np.ndarray
-    others: np.ndarray
-    carried: np.ndarray
-    bounds: np.ndarray
+    pixels: np.ndarray  # (B, M, n + 1) uint32, flat
+    others: np.ndarray  # (B, M, n + 1) uint32, the neighbour's flat pixels that they fall on
+    carried: np.ndarray  # (B, M, n + 1) float32
+    bounds: np.ndarray  # (B, M, 2) int64, end of those that agree, start of those that float
 
 
 @exact

@@ -1,8 +1,4 @@
-"""Basis of a plane sweep: frames, depth ranges, planes, and which frames make good partners.
-
-Data of frames are made when first needed, so that memory follows the frames that are used and not
-those of the capture.
-"""
+"""Basis of a plane sweep: frames, depth ranges, planes, and which frames make good partners."""
 
 from __future__ import annotations
 
@@ -23,19 +19,12 @@ NEAREST = 16.0  # a frame is searched no nearer than its median depth over this:
 
 
 class PreparedFrame(NamedTuple):
-    """One frame.
+    """One frame as matching reads it."""
 
-    Attributes:
-        image: (h, w, 3) float32 grey levels.
-        grey: (h, w) float32, their mean.
-        enlarged: (2h, 2w) uint64, see `stereo.packed`.
-        rays: (2, h, w) float32, x/z and y/z of every pixel.
-    """
-
-    image: np.ndarray
-    grey: np.ndarray
-    enlarged: np.ndarray
-    rays: np.ndarray
+    image: np.ndarray  # (h, w, 3) float32 grey levels
+    grey: np.ndarray  # (h, w) float32, their mean
+    enlarged: np.ndarray  # (2h, 2w) uint64, see `stereo.packed`
+    rays: np.ndarray  # (2, h, w) float32, x/z and y/z of every pixel
 
 
 class FrameCache:

@@ -152,12 +152,9 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
             costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
             cost = stereo.merge_costs(*padded, len(costs))
-            total = stereo.aggregate(
-                cost,
-                self.frames[frame].grey,
-                np.int16(self.settings.small_penalty),
-                np.float32(self.settings.large_penalty),
-            )
+            settings = self.settings
+            small, large = np.int16(settings.small_penalty), np.float32(settings.large_penalty)
+            total = stereo.aggregate(cost, self.frames[frame].grey, small, large)
             depth_map = stereo.winner(total, cost, self.inverse[frame])
             make_room(self._maps, MAP_BYTES // (2 * depth_map[0].nbytes))
             self._maps[key] = depth_map
@@ -166,20 +163,14 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
     def _pair(self, frame: int, source: int, keep: bool) -> np.ndarray:
         if (frame, source) in self._pairs:
             return self._pairs[frame, source]
-        pose, other = self.poses[[frame, source]]
-        rotation = other[:, :3] @ pose[:, :3].T
-        translation = other[:, 3] - rotation @ pose[:, 3]
+        own_pose, other = self.poses[[frame, source]]
+        rotation = other[:, :3] @ own_pose[:, :3].T
+        translation = other[:, 3] - rotation @ own_pose[:, 3]
         own = self.frames[frame]
-        cost = stereo.pair_cost(
-            own.image,
-            self.frames[source].enlarged,
-            own.rays,
-            rotation.astype(np.float32),
-            translation.astype(np.float32),
-            self.ks[source],
-            self.inverse[frame],
-            np.float32(self.settings.truncation),
-        )
+        images = own.image, self.frames[source].enlarged, own.rays
+        pose = rotation.astype(np.float32), translation.astype(np.float32), self.ks[source]
+        truncation = np.float32(self.settings.truncation)
+        cost = stereo.pair_cost(*images, *pose, self.inverse[frame], truncation)
         cost = stereo.box_filter(cost)
         if keep:
             make_room(self._pairs, self._most_pairs)
@@ -189,22 +180,14 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
 
 @dataclass(frozen=True)
 class SplatModel(Fitted):
-    """A reconstruction.
+    """A reconstruction, in coordinates of its frame."""
 
-    Attributes:
-        splats: (5, n) float32: rows of x, y, z, opacity, depth in the source camera, in its frame.
-        colors: (n, 3) float32, 0..255.
-        near, far: depths between which the depth pass resolves surfaces, in its frame.
-        surface: see `SplatSettings`.
-        pixel: size of a source pixel at unit depth.
-    """
-
-    splats: np.ndarray
-    colors: np.ndarray
-    near: float
+    splats: np.ndarray  # (5, n) float32: rows of x, y, z, opacity, depth in the source camera
+    colors: np.ndarray  # (n, 3) float32, 0..255
+    near: float  # depth from which, and `far` to which, the depth pass resolves surfaces
     far: float
-    surface: float
-    pixel: float
+    surface: float  # see `SplatSettings`
+    pixel: float  # size of a source pixel at unit depth
 
     @property
     def primitives(self) -> int:
@@ -234,11 +217,7 @@ class SplatModel(Fitted):
         )
 
     def seen_by(self, views: Views) -> SplatModel:
-        """Return the splats that fall into any of T views, which render exactly as with all.
-
-        Useful where a model is stored or sent for a known path; in a search, which renders every
-        model once, the test would take the time that it saves.
-        """
+        """Return the splats that fall into any of T views, which render exactly as with all."""
         width, height = views.size
         kept = np.zeros(self.primitives, bool)
         poses = self.frame.local_poses(views.world_to_camera)
