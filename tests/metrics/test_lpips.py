@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from safetensors.torch import save_file
 
-from fsel.metrics import METRICS, checked, headings, lpips, published, score_views
+from fsel.metrics import METRICS, checked, lpips, published
 
 torch = pytest.importorskip("torch", reason="torch is not installed")
 backbones = pytest.importorskip("fsel.metrics.backbones")
@@ -163,15 +163,6 @@ def test_weights_of_another_backbone_are_refused_by_layer(tmp_path):
         ValueError, match=r"vgg.pth.*net alex: features.0.weight is \(64, 3, 3, 3\)"
     ):
         checked({"lpips": {"net": "alex", "weights": str(tmp_path / "vgg.pth")}})
-
-
-def test_a_column_beside_the_others(weights, net):
-    rendered, truth = views(net)
-    chosen = {"psnr": {}, "lpips": {"net": net, "weights": weights}}
-    found = score_views(rendered, truth, metrics=chosen)
-    np.testing.assert_array_equal(found[:, 0], score_views(rendered, truth)[:, 0])
-    np.testing.assert_array_equal(found[:, 1], lpips.score(rendered, truth, None, net, weights))
-    assert headings(chosen)[1] == rf"LPIPS ({net})$\downarrow$"
 
 
 def test_settings_of_a_metric_without_are_refused():

@@ -117,7 +117,8 @@ amp_dtype: bf16
 
 def test_long_lrm_is_given_the_picks_as_its_loader_makes_them(capture, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    images = reconstruct(capture, **long_lrm(tmp_path))
+    settings = long_lrm(tmp_path)
+    images = reconstruct(capture, **settings)
     given = np.load(tmp_path / "inputs.npz")
     order = [0, 3, 5]
     # 31 rows are 41 columns of 24x18, and in whole patches of 16: 32 rows, 48 columns
@@ -146,10 +147,8 @@ def test_long_lrm_is_given_the_picks_as_its_loader_makes_them(capture, tmp_path,
         found[:3, 3] *= unit
         np.testing.assert_allclose(found, wanted, atol=1e-5)
     assert images.shape == (2, SIZE[1], SIZE[0], 3)
-    files = [str(tmp_path / name) for name in ("", "paper.yaml", "default.yaml", "w.pt")]
-    serve = [sys.executable, "{recipes}/long_lrm.py", *files]
     close_all()  # chance begins anew with every fit
-    np.testing.assert_array_equal(reconstruct(capture, serve=serve), images)
+    np.testing.assert_array_equal(reconstruct(capture, **settings), images)
 
 
 def test_long_lrm_without_all_weights_is_told(capture, tmp_path):

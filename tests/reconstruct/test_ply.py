@@ -66,27 +66,28 @@ def test_text_files_of_doubles_are_read_and_black_is_the_background(tmp_path):
     assert read.turn.tolist() == [[1, 0, 0, 0]] * 2
 
 
-@pytest.mark.parametrize("lost", ["opacity", "f_rest_11", "rot_3"])
-def test_a_missing_column_is_named(tmp_path, lost):
-    values = np.zeros(2, [(name, "f4") for name in STANDARD if name != lost])
-    PlyData([PlyElement.describe(values, "vertex")]).write(str(tmp_path / "a.ply"))
-    with pytest.raises(ValueError, match=rf"a\.ply: no Gaussians: (lacks .*{lost}|has 23 columns)"):
-        ply.read(tmp_path / "a.ply")
-
-
-def test_a_value_that_is_not_finite_is_named(tmp_path):
-    values = np.zeros(3, [(name, "f4") for name in STANDARD])
+@pytest.mark.parametrize(
+    ("lost", "said"),
+    [
+        *((name, f"no Gaussians: lacks {name}") for name in ("opacity", "f_rest_11", "rot_3")),
+        ("", "scale_1 of Gaussian 2 is inf"),
+    ],
+)
+def test_a_missing_column_and_a_value_that_is_not_finite_are_named(tmp_path, lost, said):
+    values = np.zeros(3, [(name, "f4") for name in STANDARD if name != lost])
     values["scale_1"][2] = np.inf
     PlyData([PlyElement.describe(values, "vertex")]).write(str(tmp_path / "a.ply"))
-    with pytest.raises(ValueError, match=r"a\.ply: scale_1 of Gaussian 2 is inf"):
+    with pytest.raises(ValueError, match=rf"a\.ply: {said}"):
         ply.read(tmp_path / "a.ply")
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"ply\nformat nonsense 1.0\nend_header\n", b"\xff\xfe\x00"]
+    "content", [b"", b"ply\nformat nonsense 1.0\nend_header\n", b"\xff\xfe\x00", None]
 )
 def test_what_is_no_ply_is_refused_by_name(tmp_path, content):
-    (tmp_path / "a.ply").write_bytes(content)
+    ply.write(tmp_path / "a.ply", cloud(1))
+    whole = (tmp_path / "a.ply").read_bytes()
+    (tmp_path / "a.ply").write_bytes(whole[:-9] if content is None else content)
     with pytest.raises(ValueError, match=r"a\.ply: no "):
         ply.read(tmp_path / "a.ply")
 
@@ -109,14 +110,6 @@ def test_a_background_that_is_no_colour_is_refused(tmp_path, colour):
         content.replace(b"background 0 0 0", f"background {colour}".encode())
     )
     with pytest.raises(ValueError, match=rf"a\.ply.*{colour}"):
-        ply.read(tmp_path / "a.ply")
-
-
-def test_a_truncated_file_is_refused_by_name(tmp_path):
-    ply.write(tmp_path / "a.ply", cloud(1))
-    content = (tmp_path / "a.ply").read_bytes()
-    (tmp_path / "a.ply").write_bytes(content[:-9])
-    with pytest.raises(ValueError, match=r"a\.ply: no "):
         ply.read(tmp_path / "a.ply")
 
 

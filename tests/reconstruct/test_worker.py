@@ -77,17 +77,6 @@ def expected(capture, frames=FRAMES):
     return np.stack([image] * len(TARGETS)).astype(np.float32)
 
 
-def test_images_come_back_as_the_worker_made_them(capture):
-    reconstructor = External(capture, **mean())
-    for frames in (FRAMES, np.array([1, 2]), FRAMES):
-        model = reconstructor.fit(frames)
-        images = model.render(capture.view(TARGETS))
-        assert images.dtype == np.float32
-        np.testing.assert_allclose(images, expected(capture, frames), atol=1e-6)
-    assert (model.device, model.primitives) == ("cpu", 0)
-    assert 0 < model.seconds < 20
-
-
 def test_a_worker_is_handed_the_selected_frames_and_points_that_two_of_them_see(capture, tmp_path):
     text = f"""
 import pickle
@@ -195,7 +184,6 @@ def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        ("os._exit(3)", "exit code 3"),
         ("print('worked until here', file=sys.stderr); os.kill(os.getpid(), 11)", "exit code -11"),
         ("os.kill(os.getpid(), 9)", "was killed, as the system does for memory"),
         ("time.sleep(60)", "took longer than 3 s for 'fit'"),
@@ -223,24 +211,17 @@ def test_a_subset_that_fails_is_reported_and_the_next_is_measured(
     capture, caplog, fault, outcome, said
 ):
     settings = mean(f"if 5 in subset.frames: {fault}", timeout=3)
-    evaluator = Evaluator.on_frames(External(capture, **settings), TARGETS)
+    reconstructor = External(capture, **settings)
+    evaluator = Evaluator.on_frames(reconstructor, TARGETS)
+    assert evaluator.measure(np.array([3, 4])).outcome == ""
+    process = reconstructor.worker._process
     found = evaluator.measure(FRAMES)
     assert np.isnan(found.scores).all()
     assert found.outcome == outcome
     assert evaluator.measure(np.array([2, 4])).outcome == ""
+    # an error that is answered does not end the worker
+    assert (reconstructor.worker._process is process) == fault.startswith("raise")
     assert said in caplog.text
-
-
-def test_an_error_does_not_end_the_worker(capture):
-    text = MEAN.replace("WRONG", "if len(fits) == 2: raise ValueError('the second')")
-    text = text.replace("return subset", "return len(fits) / 255 + subset")
-    reconstructor = External(capture, **worker(text))
-    first = reconstructor.fit(FRAMES)
-    with pytest.raises(Unfinished, match="ValueError: the second"):
-        reconstructor.fit(FRAMES)
-    again = reconstructor.fit(FRAMES)
-    views = capture.view(TARGETS)
-    np.testing.assert_allclose(again.render(views) - first.render(views), 2 / 255, atol=1e-5)
 
 
 def test_a_model_is_fitted_again_where_its_worker_was_lost_since(capture):
@@ -256,81 +237,67 @@ def test_captures_share_a_worker(capture):
     assert one.worker is two.worker
     models = [one.fit(FRAMES), two.fit(FRAMES), one.fit(FRAMES)]
     for model, own in zip(models, (capture, other, capture), strict=True):
-        np.testing.assert_allclose(model.render(own.view(TARGETS)), expected(own), atol=1e-6)
+        images = model.render(own.view(TARGETS))
+        assert images.dtype == np.float32
+        np.testing.assert_allclose(images, expected(own), atol=1e-6)
+    assert (models[0].device, models[0].primitives) == ("cpu", 0)
+    assert 0 < models[0].seconds < 20
 
 
 def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
     settings = mean("fits.append(np.ones(30_000_000))", memory=150_000_000)
     reconstructor = External(capture, **settings)
-    processes = []
+    processes = set()
     for _ in range(3):
-        model = reconstructor.fit(FRAMES)
-        processes.append(reconstructor.worker._process.pid)
-        np.testing.assert_allclose(
-            model.render(capture.view(TARGETS)), expected(capture), atol=1e-6
-        )
-    assert len(set(processes)) > 1
+        images = reconstructor.fit(FRAMES).render(capture.view(TARGETS))
+        processes.add(reconstructor.worker._process.pid)
+        np.testing.assert_allclose(images, expected(capture), atol=1e-6)
+    assert len(processes) > 1
     assert "more than memory allows: 150000000" in caplog.text
 
 
-@pytest.mark.parametrize(
-    ("hello", "said"),
-    [
-        ('{"ok": true, "protocol": 1}', "stated .*1}; allowed: protocol 2"),
-        ('{"ok": true, "protocol": 2, "name": 5}', "stated .*5}; allowed"),
-        ("Loading weights", "wrote on its standard output what is no answer: b'Loading weights"),
-        ('["ok"]', "what is no answer"),
-    ],
-)
-def test_a_worker_that_misstates_itself_is_refused(capture, hello, said):
-    with pytest.raises(Unfinished, match=said):
-        External(capture, **worker(f"input(); print({hello!r}); input()")).fit(FRAMES)
+def hello(text):
+    return f"input(); print({text!r}); input()"
 
 
-RAW = """
-import json, sys
-stated = {"protocol": 2, "name": "raw", "version": "", "device": "cpu", "needs": []}
+def raw(answer, more=""):
+    """A program that answers a fit by itself, and may say more."""
+    return f"""
+import json, sys, time
+stated = {{"protocol": 2, "name": "raw", "version": "", "device": "cpu", "needs": []}}
 for line in sys.stdin:
     fit = json.loads(line)["do"] == "fit"
-    print(json.dumps(ANSWER if fit else {"ok": True, "pixels": "float32", **stated}), flush=True)
-    MORE
+    stated.update(ok=True, pixels="float32")
+    print(json.dumps({answer} if fit else stated), flush=True)
+    {more}
 """
 
 
-@pytest.mark.parametrize(
-    ("answer", "more", "said"),
-    [
-        ("{'ok': True, 'seconds': -1}", "", "answered a fit with seconds -1"),
-        ("{'ok': True, 'bytes': 'many'}", "", "answered a fit with bytes 'many'"),
-        ("{'error': 'no'}", "", "what is no answer"),
-        ("{'ok': False, 'error': 'no'}", "", "failed to fit: no"),
-        ("{'ok': True}", "print('{}', flush=True); import time; time.sleep(0.2)", "no answer"),
-    ],
-)
-def test_answers_that_are_not_allowed_are_told(capture, answer, more, said):
-    text = RAW.replace("ANSWER", answer).replace("MORE", more)
-    with pytest.raises(Unfinished, match=said):
-        External(capture, **worker(text)).fit(FRAMES)
+def served(call):
+    return f"import numpy as np; from fsel_worker import serve; serve({call})"
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("text", "said"),
     [
-        ("serve(None, None, needs=['depth'])", "stated .*depth"),
-        ("serve(None, None, pixels='float64')", "stated .*float64"),
-        (
-            "serve(lambda s: 1, lambda m, v: np.ones((1, 2, 3)))",
-            r"render returned shape \(1, 2, 3\)",
-        ),
-        (
-            "serve(lambda s: 1, lambda m, v: np.full((2, 18, 24, 3), np.nan))",
-            "target 0 of 2: nothing",
-        ),
+        (hello('{"ok": true, "protocol": 1}'), "stated .*1}; allowed: protocol 2"),
+        (hello('{"ok": true, "protocol": 2, "name": 5}'), "stated .*5}; allowed"),
+        (hello("Loading weights"), "on its standard output what is no answer: b'Loading weights"),
+        (hello('["ok"]'), "what is no answer"),
+        (raw("{'ok': True, 'seconds': -1}"), "answered a fit with seconds -1"),
+        (raw("{'ok': True, 'bytes': 'many'}"), "answered a fit with bytes 'many'"),
+        (raw("{'error': 'no'}"), "what is no answer"),
+        (raw("{'ok': False, 'error': 'no'}"), "failed to fit: no"),
+        (raw("{'ok': True}", "print('{}', flush=True); time.sleep(0.2)"), "no answer"),
+        (served("None, None, needs=['depth']"), "stated .*depth"),
+        (served("None, None, pixels='float64'"), "stated .*float64"),
+        (served("id, lambda m, v: np.ones((1, 2, 3))"), r"render returned shape \(1, 2, 3\)"),
+        (served("id, lambda m, v: np.full((2, 18, 24, 3), np.nan)"), "target 0 of 2: nothing"),
     ],
 )
-def test_what_a_program_does_wrong_with_the_helper_is_said(capture, call, said):
+def test_what_a_worker_says_wrong_is_refused(capture, text, said):
     with pytest.raises(Unfinished, match=said):
-        rendered(capture, worker(f"import numpy as np; from fsel_worker import serve; {call}"))
+        rendered(capture, worker(text))
 
 
 def test_what_a_worker_prints_is_no_answer(capture):

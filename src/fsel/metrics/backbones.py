@@ -127,9 +127,15 @@ class Lpips:
             first, second: features.
             weights: (B, 1, h, w) of the pixels; None: all alike.
         """
-        layers = zip(self.heads, first, second, strict=True)
-        maps = [conv2d((a - b).square(), head) for head, a, b in layers]
-        return torch.stack([_mean(distance, weights) for distance in maps]).sum(0)
+        means = []
+        for head, a, b in zip(self.heads, first, second, strict=True):
+            distance = conv2d((a - b).square(), head)
+            if weights is None:
+                means.append(distance.mean((1, 2, 3)))
+            else:
+                share = adaptive_avg_pool2d(weights, distance.shape[2:])
+                means.append((distance * share).sum((1, 2, 3)) / share.sum((1, 2, 3)))
+        return torch.stack(means).sum(0)
 
     @torch.inference_mode()
     def distances(
@@ -182,14 +188,6 @@ def shapes_of(net: str) -> dict[str, tuple[int, ...]]:
         shapes[f"features.{layer.number}.bias"] = (given,)
     compared = [layer.channels[1] for layer in BACKBONES[net] if layer.compared]
     return shapes | {f"lin{i}.model.1.weight": (1, n, 1, 1) for i, n in enumerate(compared)}
-
-
-def _mean(distance: Tensor, weights: Tensor | None) -> Tensor:
-    """(B,) means of (B, 1, h, w) over positions, weighted by what (B, 1, H, W) holds of them."""
-    if weights is None:
-        return distance.mean((1, 2, 3))
-    share = adaptive_avg_pool2d(weights, distance.shape[2:])
-    return (distance * share).sum((1, 2, 3)) / share.sum((1, 2, 3))
 
 
 def _state(path: Path) -> Mapping[str, Tensor]:

@@ -59,12 +59,11 @@ class Metric:
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
     """Compute PSNR, SSIM and GMSD of every view, or of the part of it inside a mask.
 
-    PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) has their window, a
-    Gaussian of 1.5 pixels in 11x11, K1 = 0.01, K2 = 0.03 and population covariances, over the
-    pixels with a whole window, averaged over channels: as `pytorch-msssim` does it, and
-    `torchmetrics`, whose padded border is cut off again, in gsplat's trainer. GMSD (Xue et al.
-    2014; lower is better) is the standard deviation of the gradient similarity of the luma halved
-    in size, over the pixels with a whole 3x3 neighbourhood.
+    PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) has a Gaussian window of
+    1.5 pixels in 11x11, K1 = 0.01, K2 = 0.03 and population covariances, over the pixels with a
+    whole window, averaged over channels, as in `pytorch-msssim`. GMSD (Xue et al. 2014; lower is
+    better) is the standard deviation of the gradient similarity of the luma halved in size, over
+    the pixels with a whole 3x3 neighbourhood.
 
     With masks nothing outside them counts: there the rendering is taken to be the truth. PSNR is
     over the mask's pixels, SSIM over the windows whose middle lies in the mask, GMSD over the
@@ -79,8 +78,7 @@ def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = No
         (T, 3) float64, columns as `NAMES`.
 
     Raises:
-        ValueError: when shapes differ, the images are smaller than 11x11, or a mask has no pixel
-            with a whole window around it.
+        ValueError: as `fsel.metrics.score_views`.
     """
     if rendered.shape != truth.shape or min(rendered.shape[1:3]) < SSIM_WINDOW:
         raise ValueError(
@@ -137,16 +135,11 @@ def _score(rendered, truth, masks):
 
 @reordered
 def _ssim(first, second, counted, width):
-    """Sum of SSIM over the windows of one channel that count.
+    """Return the sum of SSIM over the windows of one channel that count.
 
-    The variances enter as their sum alone, so four fields are weighed: both images, the sum of
-    their squares, and their product. Images are flat, and all loops run over whole images: what is
-    computed across the ends of rows does not count.
-
-    Args:
-        first, second: (h * w,) float32.
-        counted: (h * w,) float32, 1 at a window's first pixel where the window counts.
-        width: w.
+    The variances enter as their sum alone, so four fields are weighed: both (h * w,) images, the
+    sum of their squares, and their product. What is computed across the ends of rows does not
+    count: `counted` is 1 at the first pixel of a window that does. `width` is w.
     """
     across = np.empty((4, len(first) - 2 * MARGIN), F)
     down = np.empty((4, across.shape[1] - 2 * MARGIN * width), F)

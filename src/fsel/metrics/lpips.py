@@ -84,19 +84,10 @@ def score(
     net: str = NET,
     weights: str | None = None,
 ) -> np.ndarray:
-    """Compute LPIPS of every view, in float32, on a GPU where there is one.
+    """Return (T,) float64 LPIPS of views, 0 for identical ones; see `Metric.score` and `located`.
 
-    With masks nothing outside them counts: there the rendering is taken to be the truth, and a
-    layer's positions weigh as much as the mask fills them.
-
-    Args:
-        rendered: (T, h, w, 3) float32 in [0, 1].
-        truth: (T, h, w, 3) uint8.
-        masks: (T, h, w) bool, or None for all pixels.
-        net, weights: see `located`.
-
-    Returns:
-        (T,) float64; 0 for identical images.
+    It is float32, on a GPU where there is one. With masks nothing outside them counts: there the
+    rendering is taken to be the truth, and a layer's positions weigh as the mask fills them.
 
     Raises:
         ValueError: when shapes differ, or the images are too small for the backbone.

@@ -24,22 +24,13 @@ LARGEST = 1e15  # of a value that is read
 
 @dataclass(frozen=True)
 class Cloud:
-    """Content of such a file.
+    """Content of such a file; `background` is the (3,) colour in [0, 1] behind the Gaussians."""
 
-    Attributes:
-        xyz: (n, 3) positions, world units.
-        harmonics: (n, (degree + 1)^2, 3) coefficients of the colour's spherical harmonics.
-        logit: (n,) of the opacities.
-        log_scale: (n, 3) logarithms of the standard deviations, world units.
-        turn: (n, 4) quaternions w, x, y, z.
-        background: (3,) colour in [0, 1] behind the Gaussians, black unless the file says it.
-    """
-
-    xyz: np.ndarray
-    harmonics: np.ndarray
-    logit: np.ndarray
-    log_scale: np.ndarray
-    turn: np.ndarray
+    xyz: np.ndarray  # (n, 3) positions, world units
+    harmonics: np.ndarray  # (n, (degree + 1)^2, 3) of the colour's spherical harmonics
+    logit: np.ndarray  # (n,) of the opacities
+    log_scale: np.ndarray  # (n, 3) logarithms of the standard deviations, world units
+    turn: np.ndarray  # (n, 4) quaternions w, x, y, z
     background: np.ndarray = field(default_factory=lambda: np.zeros(3, np.float32))
 
     @property

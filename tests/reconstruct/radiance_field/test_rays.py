@@ -25,7 +25,7 @@ def slabs(*given):
     return Grid(SIDE, cells.reshape(-1), index, density.reshape(-1), color.reshape(-1, 4), 1)
 
 
-def seen(grid, ray=ALONG_X, background=WHITE):
+def seen(grid, ray, background):
     out = np.empty((1, 3))
     passes.render_rays(ray[None], 0.0, grid.shape, grid.field, 1, background, 0.0, out)
     return out[0]
@@ -35,53 +35,35 @@ def sigmoid(raw):
     return 1 / (1 + np.exp(-np.asarray(raw)))
 
 
-def test_a_uniform_slab_absorbs_as_beer_and_lambert_say():
-    raw = np.array([2.0, 0.0, -1.0])
-    got = seen(slabs((20, 5, 3.0, raw)))
-    alpha = 1 - np.exp(-3.0 * 5 * 0.1)
-    np.testing.assert_allclose(got, alpha * sigmoid(raw) + (1 - alpha) * WHITE, rtol=1e-12)
+FRONT, BEHIND, GREY = np.array([2.0, 0, -1]), np.array([-2.0, 1, 0.5]), np.zeros(3)
+THICK, NEAR, FAR = 1 - np.exp([-1.5, -0.8, -0.6])  # opacities: Beer and Lambert
 
 
-def test_two_slabs_the_front_one_hides_the_other():
-    front, behind = np.array([2.0, 0.0, -1.0]), np.array([-2.0, 1.0, 0.5])
-    got = seen(slabs((15, 2, 4.0, front), (24, 3, 2.0, behind)), background=np.zeros(3))
-    a, b = 1 - np.exp(-0.8), 1 - np.exp(-0.6)
-    np.testing.assert_allclose(got, a * sigmoid(front) + (1 - a) * b * sigmoid(behind), rtol=1e-12)
-
-
-def test_empty_space_shows_the_background():
-    np.testing.assert_array_equal(
-        seen(slabs(), background=np.array([0.1, 0.2, 0.3])), [0.1, 0.2, 0.3]
-    )
-
-
-def test_a_ray_that_starts_behind_a_slab_does_not_see_it():
-    ray = ALONG_X.copy()
-    ray[0] = 0.8
-    np.testing.assert_array_equal(seen(slabs((20, 5, 3.0, np.zeros(3))), ray), WHITE)
-
-
-def test_an_opaque_slab_ends_the_ray():
-    got = seen(slabs((15, 2, 1e5, np.zeros(3)), (24, 3, 2.0, np.full(3, 9.0))))
-    np.testing.assert_allclose(got, 0.5, atol=1e-12)
+@pytest.mark.parametrize(
+    ("given", "start", "background", "wanted"),
+    [
+        ([(20, 5, 3.0, FRONT)], -0.95, WHITE, THICK * sigmoid(FRONT) + (1 - THICK) * WHITE),
+        (
+            [(15, 2, 4.0, FRONT), (24, 3, 2.0, BEHIND)],
+            *(-0.95, 0 * WHITE, NEAR * sigmoid(FRONT) + (1 - NEAR) * FAR * sigmoid(BEHIND)),
+        ),
+        ([], -0.95, np.array([0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]),
+        ([(20, 5, 3.0, GREY)], 0.8, WHITE, WHITE),
+        ([(15, 2, 1e5, GREY), (24, 3, 2.0, GREY + 9)], -0.95, WHITE, [0.5, 0.5, 0.5]),
+    ],
+    ids=["a slab", "the front one hides", "empty space", "it starts behind", "opaque"],
+)
+def test_slabs_by_hand(given, start, background, wanted):
+    ray = np.array([start, *ALONG_X[1:]])
+    np.testing.assert_allclose(seen(slabs(*given), ray, background), wanted, rtol=1e-12)
 
 
 def test_the_densest_matter_has_no_infinite_gradient():
     grid = slabs((15, 2, 1.0, np.zeros(3)))
     grid.density[:] = 1e4
     gradients = np.zeros_like(grid.density), np.zeros(grid.color.size)
-    passes.loss_and_gradient(
-        ALONG_X[None],
-        np.zeros((1, 3)),
-        np.ones(1),
-        0.0,
-        grid.shape,
-        grid.field,
-        1,
-        WHITE,
-        0.0,
-        gradients,
-    )
+    given = ALONG_X[None], np.zeros((1, 3)), np.ones(1), 0.0, grid.shape, grid.field
+    passes.loss_and_gradient(*given, 1, WHITE, 0.0, gradients)
     assert all(np.isfinite(part).all() for part in gradients)
 
 

@@ -35,24 +35,18 @@ class External(ConfiguredReconstructor[ExternalSettings]):
     needs that. A request that loses the worker is repeated once, with the worker started again.
     A worker that was started again, or bound to another capture since, is handed a model's subset
     again before it renders it.
-
-    Attributes:
-        worker: shared by the captures of this process.
-        arrays: of the whole capture, and of images to fill; None until the worker is bound.
-        dead: numbers of models that are no longer used.
-        spare: folders of theirs that may be used again.
     """
 
     settings_type = ExternalSettings
 
     def __init__(self, capture: Capture, **settings: Any) -> None:
         super().__init__(capture, **settings)
-        self.worker = shared(self.settings)
+        self.worker = shared(self.settings)  # by the captures of this process
         self._numbers = itertools.count()
         self._bound_at = 0  # the start of the worker at which it was bound to this capture
-        self.arrays: Arrays | None = None
-        self.dead: list[int] = []
-        self.spare: list[Arrays] = []
+        self.arrays: Arrays | None = None  # of the whole capture, and of images to fill
+        self.dead: list[int] = []  # models that are no longer used
+        self.spare: list[Arrays] = []  # folders of theirs that may be used again
 
     @classmethod
     def check(cls, **settings: Any) -> None:

@@ -76,23 +76,15 @@ class Lost(Unfinished):
 
 
 class Worker:
-    """One program, started when it is first asked, and again after it was lost.
-
-    Attributes:
-        program: its command, for messages.
-        stated: what it said of itself when it started.
-        bound: what it was bound to last, since it was started.
-        bindings, captures: numbers of the times it is bound, and of captures.
-        outgrown: whether it holds more memory than it may, and is to be started anew.
-        folder: of its log, and of what it is handed.
-    """
+    """One program, started when it is first asked, and again after it was lost."""
 
     def __init__(self, settings: ExternalSettings) -> None:
         self.settings, self.program = settings, " ".join(settings.serve)[:80]
-        self.outgrown = False
-        self.stated: dict[str, Any] = {}
-        self.bound: object = None
+        self.outgrown = False  # whether it holds too much memory, and is to be started anew
+        self.stated: dict[str, Any] = {}  # what it said of itself when it started
+        self.bound: object = None  # what it was bound to last, since it was started
         self.bindings, self.captures = itertools.count(1), itertools.count()
+        # of its log, and of what it is handed
         self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
         self._asked_at = 0  # bytes of the log when it was asked last, or started
         self._process: subprocess.Popen[bytes] | None = None

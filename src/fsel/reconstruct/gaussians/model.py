@@ -25,17 +25,11 @@ from fsel.reconstruct.selected import Frame
 
 @dataclass(frozen=True)
 class GaussianModel(Fitted):
-    """A scene of 3D Gaussians.
+    """A scene of 3D Gaussians."""
 
-    Attributes:
-        table: (n, c) float32 parameters in the model's frame; see `table`.
-        background: (3,) colour in [0, 1] where nothing is.
-        steps: of the optimisation that were made.
-    """
-
-    table: np.ndarray
-    background: np.ndarray
-    steps: int = 0
+    table: np.ndarray  # (n, c) float32 parameters in the model's frame; see `parameters`
+    background: np.ndarray  # (3,) colour in [0, 1] where nothing is
+    steps: int = 0  # of the optimisation that were made
 
     @property
     def primitives(self) -> int:

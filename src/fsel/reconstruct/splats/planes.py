@@ -37,16 +37,14 @@ class FrameCache:
 
     def __getitem__(self, frame: int) -> PreparedFrame:
         if frame not in self._known:
-            prepared = self._prepared(frame)
+            image = np.asarray(self._capture.images[frame]).astype(np.float32)
+            (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
+            rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
+            grey, enlarged = image.mean(axis=-1), stereo.packed(image)
+            prepared = PreparedFrame(image, grey, enlarged, rays)
             make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in prepared))
             self._known[frame] = prepared
         return self._known[frame]
-
-    def _prepared(self, frame: int) -> PreparedFrame:
-        image = np.asarray(self._capture.images[frame]).astype(np.float32)
-        (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
-        rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
-        return PreparedFrame(image, image.mean(axis=-1), stereo.packed(image), rays)
 
 
 def make_room(cache: dict, most: int) -> None:

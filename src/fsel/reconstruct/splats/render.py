@@ -122,15 +122,10 @@ def _inside(cells, index):
 
 @exact
 def _reach(mass, bins, tolerance):
-    """Least inverse depth that counts at each pixel, 0 on the padding.
+    """Return (h + 2, w + 2) least inverse depths that count at each pixel, 0 on the padding.
 
-    The surface is the first bin by which SHARE of the opacity in 3x3 pixels has been met. All
-    loops run along rows of pixels: they vectorise.
-
-    Args:
-        mass: (h + 2, BINS, w + 2) opacity, nearest bin first.
-        bins: inverse depth of the farthest bin, and bins for each unit of inverse depth.
-        tolerance: as in `render_view`.
+    The surface is the first bin, nearest first, by which SHARE of the (h + 2, BINS, w + 2) opacity
+    in 3x3 pixels has been met. `bins` has the farthest one's inverse depth, and bins a unit of it.
     """
     height, width = mass.shape[0] - 2, mass.shape[2] - 2
     reach = np.zeros((height + 2, width + 2), F)
