@@ -62,7 +62,9 @@ use rule stage as generate with:
     resources:
         **experiment.resources(2000),
     params:
-        **experiment.config["embedded"],
+        frames=experiment.config["embedded"]["frames"],
+        width=lambda wildcards: experiment.embedded_size(wildcards)[0],
+        height=lambda wildcards: experiment.embedded_size(wildcards)[1],
         layout=lambda wildcards: experiment.datasets.entries[wildcards.dataset][
             "layout"
         ],

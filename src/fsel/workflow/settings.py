@@ -172,6 +172,16 @@ class Settings:
         """Return the seeds of a scene's selections, one a draw."""
         return [self.scene_seed(wildcards, "select", n) for n in range(self.config["draws"])]
 
+    def embedded_size(self, wildcards: Any) -> tuple[int, int]:
+        """Return width and height of an embedded capture, of one to learn from those searched."""
+        own, most = self.config["embedded"], 1.0
+        width, height = own["width"], own["height"]
+        if self.datasets.role_of(wildcards.dataset, wildcards.scene) in ("train", "validation"):
+            used = [self.labeller, *self.reconstructors.values()]
+            most = max(section["long_side"] for section in used) / max(width, height)
+        scale = min(1.0, most)
+        return round(scale * width), round(scale * height)
+
     def generated(self, dataset: str, scene: str) -> dict[str, Any] | None:
         """Return what made an embedded capture, to cast its exact depth from; None for others."""
         entry = self.datasets.entries[dataset]
