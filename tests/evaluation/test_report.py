@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from fsel.evaluation.heatmap import draw, gains
 from fsel.evaluation.latex import number, sweep_table, tex
 from fsel.evaluation.summary import (
     ALL_FRAMES,
@@ -16,6 +15,7 @@ from fsel.evaluation.summary import (
     summarise,
     with_all_datasets,
 )
+from fsel.stages.heatmap import draw, gains
 
 METRICS = ("psnr", "ssim")
 

@@ -72,11 +72,21 @@ use rule stage as refine with:
         "Refining fsel against reconstruction, seed {wildcards.seed}"
 
 
+# what tools/fit_budget.py depends on: evaluations as of `refine`, and the prediction itself
+BUDGET = [
+    *experiment.library("refine", experiment.reconstruction),
+    *[
+        os.path.relpath(experiment.folder / file)
+        for file in ("src/fsel/selection/budget.py", "tools/fit_budget.py")
+    ],
+]
+
+
 use rule stage as budget_curves with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         weights=experiment.fsel[:1],
-        lib=experiment.library("budget_curves", experiment.reconstruction),
+        lib=BUDGET,
     output:
         curves="<results>/{dataset}/{scene}/budget_curves.parquet",
     log:
@@ -96,7 +106,7 @@ use rule stage as budget_curves with:
 use rule stage as fit_budget with:
     input:
         curves=inputs.of_problems(experiment.refinement_scenes, "budget_curves.parquet"),
-        lib=experiment.library("fit_budget"),
+        lib=BUDGET,
     output:
         record="<results>/selector/budget.json",
     log:

@@ -13,9 +13,9 @@ def captures_of(facts: Mapping) -> str:
     """Say where the captures come from, in LaTeX.
 
     Args:
-        facts: embedded (labels of datasets of generated captures), real (labels of datasets read
-            from disk), missing, where there are any (labels of datasets that were not there), and
-            without_lpips, where GMSD stands in its place.
+        facts: embedded, real and missing (labels of datasets that are generated, read from disk,
+            and not there), and without_lpips, where GMSD stands in its place; the last two may
+            lack.
     """
     captures = []
     if facts["embedded"]:
@@ -46,21 +46,13 @@ def made_by(facts: Mapping) -> str:
 
 
 def printed(reconstruction: Mapping) -> str:
-    """Name a reconstructor and its image size, in LaTeX.
-
-    Args:
-        reconstruction: `reconstructor` and `long_side` in pixels.
-    """
+    """Name a `reconstructor` and its image size, `long_side` in pixels, in LaTeX."""
     name = tex(reconstruction["reconstructor"])
     return rf"\texttt{{{name}}} at {reconstruction['long_side']} pixels"
 
 
 def note(facts: Mapping) -> str:
-    """Say in one plain line which captures and reconstructor made a figure.
-
-    Args:
-        facts: as in `made_by`.
-    """
+    """Say in one plain line which captures and reconstructor made a figure; see `made_by`."""
     embedded, real = (", ".join(facts[key]) for key in ("embedded", "real"))
     captures = [f"generated stand-ins for {embedded}"] if embedded else []
     captures += [f"{real}, read from disk"] if real else []

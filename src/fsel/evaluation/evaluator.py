@@ -80,7 +80,6 @@ class Evaluator:
         """Score on frames of the reconstructor's capture: proxies in a search, else targets.
 
         Args:
-            reconstructor: bound to the capture.
             frames: (T,) int64.
             masked: compare inside the capture's masks alone.
             metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings.
@@ -138,15 +137,8 @@ class Evaluator:
         if self.keep is not None:
             self.keep(subset, rendered)
         scores = score_views(rendered, self.truth, self.masks, self.metrics)
-        return Measured(
-            scores,
-            model.seconds,
-            seconds,
-            model.primitives,
-            model.bytes,
-            model.peak_bytes,
-            model.device,
-        )
+        sizes = model.primitives, model.bytes, model.peak_bytes
+        return Measured(scores, model.seconds, seconds, *sizes, model.device)
 
 
 def evaluators(

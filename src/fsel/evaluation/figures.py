@@ -77,7 +77,6 @@ def draw_cameras(axis: Axes, places: np.ndarray, targets: np.ndarray, size: floa
     """Draw all cameras as grey dots and the targets as open diamonds; equal scales, no ticks.
 
     Args:
-        axis: to draw into.
         places: (N, 2) see `plan_positions`.
         targets: frames.
         size: of a dot's diameter, points.

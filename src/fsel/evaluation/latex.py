@@ -33,11 +33,16 @@ def number(value: float, metric: str) -> str:
     return text if own.unit else text.replace("0.", ".", 1)
 
 
+def bold_if(leads: bool, text: str) -> str:
+    """Set text in bold where it leads."""
+    return rf"\textbf{{{text}}}" if leads else text
+
+
 def difference(value: float, low: float, high: float) -> str:
     """Format a difference in dB with its 95% interval, bold where that excludes zero.
 
-    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. The text
-    is empty for NaN, which is of a reconstruction that did not finish.
+    NaN bounds, of one draw of one scene, are not printed, and nothing is bold. The text is empty
+    for NaN, which is of a reconstruction that did not finish.
     """
     if np.isnan(value):
         return ""
@@ -83,19 +88,9 @@ def sweep_table(
 
 def _page(blocks: Sequence[str], head: Sequence[str]) -> str:
     """Stack blocks, as many as a page holds."""
-    return "\n".join(
-        [
-            r"\begin{table*}[t]",
-            r"\centering",
-            APART,
-            *head,
-            r"\scriptsize",
-            r"\setlength{\tabcolsep}{2.5pt}",
-            "\n\\vspace{6pt}\n\n".join(blocks),
-            r"\end{table*}",
-            "",
-        ]
-    )
+    begin = [r"\begin{table*}[t]", r"\centering", APART, *head]
+    begin += [r"\scriptsize", r"\setlength{\tabcolsep}{2.5pt}"]
+    return "\n".join([*begin, "\n\\vspace{6pt}\n\n".join(blocks), r"\end{table*}", ""])
 
 
 def plain_table(
@@ -110,8 +105,6 @@ def plain_table(
     """Write a table of ready cells in LaTeX.
 
     Args:
-        header: of each column.
-        rows: cells.
         caption, label: LaTeX.
         columns: LaTeX's own; without, the first goes to the left, the others to the right.
         groups: headings above the columns after the first, and how many columns each spans.
@@ -154,7 +147,6 @@ def dataset_table(
         texts: (dataset, budget) -> cell.
         counts: dataset -> its scenes.
         datasets: name -> printed label, in order.
-        budgets: columns.
         caption, label: see `plain_table`.
     """
     head = ["Dataset", "$n$", *(f"$K{{=}}{k}$" for k in budgets)]
@@ -218,16 +210,12 @@ class _Sheet:
         for metric in self.higher_is_better:
             text = number(self.means[dataset, method, k, metric], metric)
             leads = method in self.ranked and text == self.best(dataset, k, metric)
-            texts.append(rf"\textbf{{{text}}}" if leads else text)
+            texts.append(bold_if(leads, text))
         return "/".join(texts)
 
     def best(self, dataset: str, k: int, metric: str) -> str | None:
         """Return the leading number of a column as printed, so that equal prints share the lead."""
-        values = [
-            self.means[dataset, method, k, metric]
-            for method in self.ranked
-            if np.isfinite(self.means.get((dataset, method, k, metric), np.nan))
-        ]
-        if not values:
-            return None
-        return number(max(values) if self.higher_is_better[metric] else min(values), metric)
+        column = [self.means.get((dataset, method, k, metric), np.nan) for method in self.ranked]
+        values = [value for value in column if np.isfinite(value)]
+        best = max if self.higher_is_better[metric] else min
+        return number(best(values), metric) if values else None

@@ -1,8 +1,7 @@
 """Runs of methods, their picks at every budget, and what the picks are worth.
 
-The one way to measure: `runs` lists who picks, `select` writes down what they pick, `measure`
-scores what was written down. Other tables and other reconstructors measure the same picks again;
-nothing is selected anew.
+`runs` lists who picks, `select` writes down what they pick, `measure` scores what was written down.
+Other tables and other reconstructors measure the same picks again.
 """
 
 from __future__ import annotations
@@ -45,7 +44,6 @@ class Picks(NamedTuple):
     """Picks of a run at one budget.
 
     Attributes:
-        k: the budget.
         frames: (k,) int64 in pick order.
         seconds: of the whole run that these picks are a prefix of.
     """
@@ -63,7 +61,6 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
     """List every method with each of its seeds, then the learned methods, one run a scorer.
 
     Args:
-        methods: values of a registry, in order.
         weights: scorers that the workflow trained; each names its policy. Those of one policy are
             in the order of their seeds.
 
@@ -87,11 +84,7 @@ def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
 
 
 def rng_by_name(seed: int) -> RngFactory:
-    """Make generators seeded by the run's names, so that one method more changes no other.
-
-    Args:
-        seed: of the problem.
-    """
+    """Seed generators by the problem's seed and the run's names: another method changes none."""
 
     def of(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng(name_seed(seed, run.method.name, run.seed, k))
@@ -119,12 +112,6 @@ def picks_at(
     """Yield the picks of a run at every budget, in the order of the budgets.
 
     A nested method runs once, at the largest budget; its other picks are the beginning of those.
-
-    Args:
-        problem: the selection problem.
-        run: the method and its seed.
-        budgets: frames to pick.
-        rng_of: see `RngFactory`.
     """
     made = {}
     for k in [max(budgets)] if run.method.nested else budgets:
@@ -143,10 +130,7 @@ def select(
     """Pick frames by every run at every budget, one row a pick.
 
     Args:
-        problem: the selection problem.
-        runs: see `runs`.
         budgets: frames to pick; the method `all` takes those of `Problem.sequence`.
-        rng_of: see `RngFactory`.
 
     Returns:
         method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
@@ -182,9 +166,8 @@ def measure(
     columns = (np.asarray(picks[name]).tolist() for name in (*by, "frame"))
     for *values, frame in zip(*columns, strict=True):
         frames[tuple(values)].append(frame)
-    subsets = {key: np.array(frames[key]) for key in sorted(frames)}
-    for key, subset in subsets.items():
-        rows = measured(evaluator, subset)
+    for key, subset in sorted(frames.items()):
+        rows = measured(evaluator, np.array(subset))
         first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, rows[first].mean())
         same = repeated(dict(zip(by, key, strict=True)), len(evaluator.frames))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from fsel.evaluation.figures import COLORS, MARKERS, TEXT, name_axes, new_figure, save, style
+from fsel.evaluation.sweep import PLAIN
+from fsel.selectors.policies import POLICIES
 
 METRIC = "psnr"
 SEARCHES = {
@@ -22,8 +24,6 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
 
     Args:
         cells: dataset, scene, draw, method, psnr at one budget.
-        reference: the method to compare with.
-        methods: to compare, in order.
 
     Returns:
         method, gap in dB: means over draws, then scenes, then datasets.
@@ -48,18 +48,15 @@ def draw(
     curves: pd.DataFrame,
     outputs: Sequence[str | Path],
     *,
-    labels: Mapping[str, str],
-    ours: Sequence[str],
     selected: str,
     k: int,
 ) -> None:
     """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search.
 
     Args:
-        methods: method, seconds, gap; labels: method -> printed name; ours: set apart by colour.
+        methods: method, seconds, gap.
         settings: setting, value, default, seconds, depth_error, psnr.
         curves: search, evaluations, gap.
-        outputs: paths; their endings choose the format.
         selected: what was timed, in words.
         k: frames that the search picks.
     """
@@ -67,10 +64,15 @@ def draw(
 
     figure = new_figure((TEXT, 6.2))
     (first, third), (second, fourth) = figure.subplots(2, 2)
-    _draw_methods(first, methods, labels, ours)
+    _draw_methods(first, methods)
     first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
     name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
-    _draw_curves(second, curves)
+    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
+        line = style(number) | {"marker": ""}
+        second.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
+    name_axes(second, "subsets reconstructed", "PSNR behind the search's end (dB)")
+    second.set_ylim(bottom=0)
+    second.legend(fontsize=7, frameon=False)
     second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
     drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
     for letter, (axis, (column, label, unit)) in zip("bd", drawn.items(), strict=True):
@@ -89,15 +91,6 @@ def draw(
     save(figure, outputs)
 
 
-def _draw_curves(axis, curves: pd.DataFrame) -> None:
-    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
-        line = style(number) | {"marker": ""}
-        axis.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
-    name_axes(axis, "subsets reconstructed", "PSNR behind the search's end (dB)")
-    axis.set_ylim(bottom=0)
-    axis.legend(fontsize=7, frameon=False)
-
-
 def _draw_settings(axis, settings: pd.DataFrame) -> None:
     """Draw a colour and a marker a setting, its values tied to the default, which is a star."""
     default = settings[settings["default"]].iloc[-1]
@@ -107,44 +100,33 @@ def _draw_settings(axis, settings: pd.DataFrame) -> None:
         places = (changed["seconds"], changed["value_of"])
         axis.plot(*places, marker, color=color, ms=4, label=name)
         for row in changed.itertuples():
-            at = (row.seconds, row.value_of)
-            axis.plot(
-                *zip(at, (default["seconds"], default["value_of"]), strict=True),
-                "-",
-                color=color,
-                linewidth=0.6,
-                alpha=0.5,
-            )
-            axis.annotate(
-                row.value, at, xytext=(3, 3), textcoords="offset points", fontsize=6, color=color
-            )
+            line = (row.seconds, default["seconds"]), (row.value_of, default["value_of"])
+            axis.plot(*line, "-", color=color, linewidth=0.6, alpha=0.5)
+            beside = {"xytext": (3, 3), "textcoords": "offset points"}
+            axis.annotate(row.value, (row.seconds, row.value_of), **beside, fontsize=6, color=color)
     axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
     axis.set_xscale("log")
     axis.margins(x=0.1)
 
 
-def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
+def _draw_methods(axis, points: pd.DataFrame) -> None:
     """Draw one labelled point a method; down and left is better."""
     axis.axhline(0, color="0.6", linewidth=0.8)
     axis.set_xscale("log")
     points = points.sort_values("gap", kind="stable").reset_index(drop=True)
     for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
-        color, marker = (COLORS[0], "s") if name in ours else (COLORS[1], "o")
+        color, marker = (COLORS[0], "s") if name in POLICIES else (COLORS[1], "o")
         axis.plot(seconds, gap, marker, color=color, markersize=4)
         # names stand beside the axes in the points' order, where they cannot overlap
         axis.annotate(
-            labels[name],
+            PLAIN[name],
             (seconds, gap),
             xytext=(1.06, (i + 0.5) / len(points)),
             textcoords="axes fraction",
             va="center",
             fontsize=7,
             color=color,
-            fontweight="bold" if name in ours else "normal",
-            arrowprops={
-                "arrowstyle": "-",
-                "color": "0.75",
-                "linewidth": 0.5,
-                "relpos": (0, 0.5),  # to the start of the name
-            },
+            fontweight="bold" if name in POLICIES else "normal",
+            # to the start of the name
+            arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.5, "relpos": (0, 0.5)},
         )

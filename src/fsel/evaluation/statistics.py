@@ -40,11 +40,7 @@ class Interval(NamedTuple):
 
 
 def of_places(values: np.ndarray) -> Interval:
-    """Compute Student's t interval of a mean.
-
-    Args:
-        values: (n,) one mean a place, independent of one another.
-    """
+    """Compute Student's t interval of a mean of (n,) independent values, one a place."""
     from scipy.special import stdtr, stdtrit  # here: every start of the workflow imports it
 
     n = len(values)
@@ -103,20 +99,13 @@ def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
 
     Args:
         gaps: (m,) means of method less rival; higher is better.
-        p: (m,) two-sided, of each gap being zero; NaN where nothing is known.
-
-    Returns:
-        NaN where a gap's p is.
+        p: (m,) two-sided, of each gap being zero; NaN where nothing is known, and then NaN returns.
     """
     return float(np.max(np.where((gaps > 0) | np.isnan(p), p, 1.0)))
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """Adjust p-values by Holm (1979), in the order of the given ones; NaN stays NaN.
-
-    Args:
-        p: (m,) of the tests that are read together.
-    """
+    """Adjust (m,) p-values of tests read together by Holm (1979), in their order; NaN stays NaN."""
     adjusted = np.full(len(p), np.nan)
     known = np.flatnonzero(np.isfinite(p))
     order = known[np.argsort(p[known], kind="stable")]

@@ -30,7 +30,6 @@ def draw_means(
 
     Args:
         evaluation: rows of one draw's evaluation: method, seed, k, target, metrics.
-        metrics: columns to average.
         by_seed: stop at the seeds: one row each.
 
     Returns:
@@ -50,11 +49,7 @@ def draw_means(
 
 
 def with_all_datasets(cells: pd.DataFrame) -> pd.DataFrame:
-    """Append, as one more dataset, the cells of methods and budgets that every dataset has.
-
-    Args:
-        cells: dataset, scene, draw, method, k, metrics.
-    """
+    """Append, as one more dataset, the cells of methods and budgets that every dataset has."""
     datasets = cells["dataset"].nunique()
     if datasets == 1:
         return cells
@@ -70,7 +65,6 @@ class _Part:
     Args:
         cells: scene, draw, method, k, metrics; seed where single seeds count; place where scenes
             share one.
-        metrics: columns to read.
         trained: methods whose seeds are of training, the same in all scenes.
     """
 
@@ -99,11 +93,10 @@ class _Part:
     def interval(self, column: Column, less: Column | None = None) -> Interval:
         """Compute the interval of a column's mean over places, or of its difference to another.
 
+        It is NaN, of no places, where a reconstruction did not finish.
+
         Raises:
             ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
-
-        Returns:
-            The interval; NaN, of no places, where a reconstruction did not finish.
         """
         if self.ended.keys() & {key[1:] for key in (column, less) if key is not None}:
             return Interval(np.nan, np.nan, np.nan, np.nan, 0)
@@ -148,7 +141,6 @@ def summarise(
     Args:
         cells: dataset, scene, draw, method, k, metrics; one row a combination, or one a seed with
             the column seed. The column place names what scenes share, where they share a place.
-        metrics: columns to summarise.
         trained: methods whose seeds are of training, the same in all scenes; their chance enters
             the interval.
 
@@ -208,11 +200,7 @@ def differences(
 
 
 def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
-    """Find the method, k, metric that beat every other method, all intervals excluding zero.
-
-    Args:
-        gaps: see `differences`.
-    """
+    """Find the method, k, metric that beat every other, all intervals of `differences` agreeing."""
     leads = set()
     for key, part in gaps.groupby(["method", "k", "metric"]):
         rises = REGISTERED[key[2]].higher_is_better
@@ -226,11 +214,10 @@ def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
 
     Args:
         runs: dataset, scene, draw, seed, k and the metric, means over targets.
-        metric: column to average within a seed over draws, then scenes.
+        metric: averaged within a seed over draws, then scenes.
 
     Returns:
-        dataset, k, std (of a sample; NaN for one seed), seeds, n (scenes). Datasets keep their
-        order.
+        dataset, k, std (of a sample; NaN for one seed), seeds, n (scenes), datasets in their order.
     """
     keys = ["dataset", "k", "seed"]
     scenes = runs.groupby([*keys, "scene"], sort=False)[metric].mean()

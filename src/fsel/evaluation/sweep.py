@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
 
 import pandas as pd
 
 from fsel.captures.layouts import dl3dv
-from fsel.core.files import read_table
+from fsel.core.files import Files, read_table
 from fsel.evaluation.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selectors.baselines import FURTHER, METHODS, PAPER
 from fsel.selectors.policies import POLICIES
@@ -33,20 +31,6 @@ def with_all_label(datasets: Mapping[str, str]) -> dict[str, str]:
     return {**datasets, **together}
 
 
-def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str, str | Path]]:
-    """Map each file of a problem to its dataset, scene, draw and path.
-
-    Args:
-        problems: `dataset/scene/draw0` of each file.
-        paths: of the files.
-    """
-    keys = ("dataset", "scene", "draw")
-    return [
-        dict(zip(keys, problem.split("/"), strict=True), path=path)
-        for problem, path in zip(problems, paths, strict=True)
-    ]
-
-
 def place_of(scene: str, facts: Mapping) -> str:
     """Return the place that a scene is a capture of: itself, unless it shares one with another.
 
@@ -57,21 +41,9 @@ def place_of(scene: str, facts: Mapping) -> str:
     return facts.get("places", {}).get(scene, scene)
 
 
-def of_scenes(
-    scenes: Iterable[tuple[str, str]], paths: Iterable[str | Path]
-) -> list[dict[str, Any]]:
-    """Map each file of a scene to its dataset, scene and path.
-
-    Args:
-        scenes: dataset and scene of each file.
-        paths: of the files.
-    """
-    pairs = zip(scenes, paths, strict=True)
-    return [{"dataset": d, "scene": scene, "path": path} for (d, scene), path in pairs]
-
-
 def sweep_cells(
-    evaluations: Sequence[Mapping],
+    problems: Sequence[str],
+    evaluations: Files,
     metrics: Collection[str] = ("psnr",),
     *,
     facts: Mapping,
@@ -82,23 +54,21 @@ def sweep_cells(
     The values are means over targets and seeds of each file.
 
     Args:
-        evaluations: one mapping a file, see `named`.
-        metrics: their columns to read.
-        facts: `places`, dataset/scene -> place, of scenes that share a place with another; it may
-            be left out.
+        problems: `dataset/scene/draw0` of each file.
+        facts: see `place_of`.
         by_seed: one row a seed, with the column seed.
     """
-    order = {name: i for i, name in enumerate([*LABELS, *REFERENCES])}
     tables = []
-    for item in evaluations:
-        table = draw_means(read_table(item["path"]), metrics, by_seed=by_seed)
-        where = {key: item[key] for key in ("dataset", "scene", "draw")}
-        name = f"{item['dataset']}/{item['scene']}"
-        tables.append(table.assign(**where, place=place_of(name, facts)))
+    for problem, path in zip(problems, evaluations, strict=True):
+        dataset, scene, draw = problem.split("/")
+        where = {"dataset": dataset, "scene": scene, "draw": draw}
+        where["place"] = place_of(f"{dataset}/{scene}", facts)
+        table = draw_means(read_table(path), metrics, by_seed=by_seed)
+        tables.append(table.assign(**where))
     cells = pd.concat(tables)
+    order = {name: i for i, name in enumerate([*LABELS, *REFERENCES])}
     cells["rank"] = cells["method"].map(order)
-    datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}
-    cells["block"] = cells["dataset"].map(datasets)
+    cells["block"] = pd.factorize(cells["dataset"])[0]
     cells = cells.sort_values(["block", "rank", "k", "scene", "draw"], kind="stable")
     return cells.drop(columns=["block", "rank"]).reset_index(drop=True)
 

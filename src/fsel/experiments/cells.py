@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from fsel.core.files import Files, read_table
-from fsel.evaluation.latex import number
+from fsel.evaluation.latex import bold_if, number
 from fsel.evaluation.summary import differences, draw_means, leaders, summarise
 from fsel.evaluation.sweep import place_of
 from fsel.metrics import Metrics
@@ -28,7 +28,6 @@ def cells_of(
     """Return a row for each trial, method and budget: means over targets, then over seeds.
 
     Args:
-        metrics: columns to read.
         facts: see `fsel.evaluation.sweep.place_of`.
         by: columns of the trials.
 
@@ -58,11 +57,7 @@ def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) ->
 
 
 def against(cells: pd.DataFrame, reference: str) -> pd.DataFrame:
-    """Return every method's mean PSNR at one budget, and its paired difference to one method's.
-
-    Args:
-        cells: of one dataset and budget.
-        reference: the method.
+    """Return every method's mean PSNR at one budget, and its paired difference to a reference.
 
     Returns:
         k, mean, ci_low, ci_high, n, and `GAP` (NaN for the reference itself) by method.
@@ -85,16 +80,12 @@ def led_rows(
         means: see `with_leads`.
         labels: method -> label, in order.
         columns: dataset and budget of each group of cells.
-        metrics: of a group.
     """
     values = means.set_index(KEYS)
     cells = [(dataset, k, metric) for dataset, k in columns for metric in metrics]
-    return [
-        [label, *(_cell(values.loc[(dataset, name, k, m)], m) for dataset, k, m in cells)]
-        for name, label in labels.items()
-    ]
-
-
-def _cell(row: pd.Series, metric: str) -> str:
-    text = number(row["mean"], metric)
-    return rf"\textbf{{{text}}}" if row["leads"] else text
+    rows = []
+    for name, label in labels.items():
+        found = [(values.loc[(dataset, name, k, metric)], metric) for dataset, k, metric in cells]
+        texts = [bold_if(row["leads"], number(row["mean"], metric)) for row, metric in found]
+        rows.append([label, *texts])
+    return rows

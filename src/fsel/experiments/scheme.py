@@ -1,8 +1,4 @@
-"""The scheme of an experiment: its trials, every method's picks for them, and what those are worth.
-
-An experiment says which selection problems it has (`Trials.of`); `select` and `evaluate` are the
-same for all.
-"""
+"""Trials of an experiment, every method's picks for them, and what those are worth."""
 
 from __future__ import annotations
 
@@ -43,9 +39,6 @@ class ExperimentCase:
 
     Attributes:
         key: column -> value.
-        capture: as the methods see it.
-        split: of its frames.
-        budgets: frames to pick.
         rng_of: see `fsel.evaluation.measuring.RngFactory`.
         problem: capture, split and descriptors of its frames -> the problem.
         entered: runs of the learned methods -> all runs; None for those of the experiment.
@@ -84,8 +77,7 @@ class Trials:
     Attributes:
         of: captures, splits where the rules have them, and `settings` as keywords -> trials.
         methods: those without training, keys of `fsel.selectors.baselines.METHODS`.
-        read: files of picks that another rule makes -> picks with the trials' columns; None for
-            those of `select`.
+        read: files of picks of another rule -> picks with the trials' columns; None for `select`'s.
         by: columns that tell one selection of a trial from another.
         masked: whether metrics are taken inside the masks alone.
     """
@@ -140,13 +132,11 @@ class Trials:
         metrics: Metrics,
         config: str,
     ) -> None:
-        """Measure what the picks are worth on each trial's targets.
+        """Measure what the picks, as `read` takes them, are worth on each trial's targets.
 
         Args:
-            picks: what `read` takes, or of `select`.
-            evaluation: receives the trials' columns and those of
-                `fsel.evaluation.measuring.measure`.
-            folders, splits, settings, config: as of `select`.
+            evaluation: receives the trials' columns and those of `measure`.
+            settings: as of `select`.
         """
         picked = self.read(picks) if self.read else pd.concat(map(read_table, picks))
         tables = []

@@ -3,7 +3,7 @@
 The shift of a view is the parallax and the turn between it and a picked frame, in fields of view:
 how far the image moves. PSNR is predicted to fall in proportion to the mean shift of the views'
 closest, second and third picked frame; by how much was fitted to reconstructions of training scenes
-(`fsel.stages.fit_budget`).
+(`tools/fit_budget.py`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The workflow's stages, one file each.
 
-Jobs of stages and of experiments name what they share alike; a docstring tells what it does not
-share.
+Jobs of stages and of experiments name what they share alike; a docstring tells the rest.
 
 - `folder`, `folders`: canonical captures, with their descriptors where something is selected.
 - `split`, `splits`: split.parquet of a draw, one a draw or one a capture.
@@ -15,5 +14,6 @@ share.
 - `reconstruction`, `appearance`, `search`, `auto`: sections of the configuration; `metrics`: names,
   or name -> settings, in a cell's order; `facts`: what a caption tells, see
   `fsel.evaluation.captions`.
-- `config`: digest of the parameters, which tables carry.
+- `config`: digest of the parameters, which tables carry; `inputs`: files that evaluations depend
+on.
 """

@@ -24,7 +24,6 @@ def download(url: str, path: File, sha256: str = "", pause: float = 2.0) -> None
     """Fetch a file over HTTP; what an earlier run got of it is kept and continued.
 
     Args:
-        url: http or https.
         path: appears when the whole file is there and its checksum is right; until then its bytes
             lie in `<path>.part`.
         sha256: of the file. Left out, that of the first download, kept in `<path>.sha256`, is

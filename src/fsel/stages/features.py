@@ -14,8 +14,6 @@ from fsel.features.static import UNITS, features_table
 def features(folder: File, splits: Files, tables: Files, *, config: str) -> None:
     """Compute the static features of every candidate against its proxies (paper, section 3.2).
 
-    Training and selection read them from here; nothing computes them again.
-
     Args:
         splits: split.parquet of a draw, or splits.parquet of all coverage levels.
         tables: one for each of the splits, see `fsel.features.static.features_table`; with a column

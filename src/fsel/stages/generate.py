@@ -22,9 +22,7 @@ def generate(
         folder: where to; what is there is replaced.
         layout: key of `fsel.captures.layouts.LAYOUTS`.
         family: one of `fsel.synthetic.FAMILIES`.
-        frames: how many.
-        width: pixels.
-        height: pixels.
+        frames: how many; width, height: pixels.
 
     Raises:
         ValueError: for a layout that is only read.

@@ -10,7 +10,7 @@ from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import sweep_table, tex
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.summary import summarise, with_all_datasets, write_csv
-from fsel.evaluation.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
+from fsel.evaluation.sweep import BASELINES, LEARNED, row_groups, sweep_cells, with_all_label
 from fsel.metrics import Metrics, directions, headings
 
 
@@ -36,9 +36,8 @@ def ksweep(
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
         facts: what the caption says, see `caption`.
     """
-    files = named([*problems, *searched], [*evaluations, *oracles])
-    names = list(metrics)
-    cells = with_all_datasets(sweep_cells(files, names, facts=facts, by_seed=True))
+    names, files = list(metrics), ([*problems, *searched], [*evaluations, *oracles])
+    cells = with_all_datasets(sweep_cells(*files, names, facts=facts, by_seed=True))
     means = summarise(cells, names, trained=list(LEARNED))
     write_csv(means, numbers)
     write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
@@ -61,9 +60,8 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
     """Say in LaTeX which captures, reconstructor, descriptor and metric made the table.
 
     Args:
-        facts: embedded (labels of datasets of generated captures), real (labels of datasets read
-            from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
-            oracle_dataset, searched (whether the searches have rows).
+        facts: as in `made_by`, and search_k, draws, oracle_draws, oracle_dataset, searched (whether
+            the searches have rows).
     """
     thinned = f"{MOST_FRAMES:,} evenly spread ones where a capture has more"
     references = f"all frames without selection ({thinned})."

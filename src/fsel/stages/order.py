@@ -24,8 +24,7 @@ def order(
     """Order the fittest subsets of every labelled problem into trajectories (paper, Eq. 3 and 5).
 
     Args:
-        splits: what `fsel.stages.split_labelled` wrote, one a scene.
-        features: what `fsel.stages.features` wrote of them, one a scene.
+        splits, features: what `split_labelled` and `features` wrote of them, one a scene.
         labels: what `fsel.stages.label` wrote, one a coverage level of each scene.
         trajectories: receives one row a trajectory: scene, role, coverage, rank, fitness, weight,
             picks.
@@ -45,6 +44,6 @@ def order(
         for coverage in coverages[scene]:
             head = {"scene": scene, "role": role, "coverage": coverage}
             path = next(paths)
-            item = ordered_item(problems[coverage], read_columns(path), kept, path)
-            rows += [head | row for row in item]
+            found = ordered_item(problems[coverage], read_columns(path), kept, path)
+            rows += [head | row for row in found]
     write_table(by_column(rows), trajectories, units={"coverage": "percent"}, config=config)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,17 +38,16 @@ strategy gained 0.05 dB on the draws it practised on and lost 0.03 dB on unseen 
 on real captures."""
 
 
-class _Practice:
-    """One draw of a training scene to practise on: a problem and its reconstructions' PSNR."""
+Practice = Callable[[Coefficients], float]
+"""Mean PSNR in dB of a linear policy over the budgets, on one draw of a training scene."""
 
-    def __init__(self, prepared: Prepared, evaluate: Evaluate, budgets: Sequence[int]) -> None:
-        self.prepared, self.evaluate, self.budgets = prepared, evaluate, budgets
 
-    def value(self, coefficients: Coefficients) -> float:
-        """Mean PSNR in dB of a linear policy over the budgets."""
-        rows, _ = greedy(self.prepared, Linear(coefficients), max(self.budgets))
-        picks = self.prepared.pool[rows]
-        return float(np.mean([self.evaluate(np.sort(picks[:k]))[0] for k in self.budgets]))
+def _value(
+    prepared: Prepared, evaluate: Evaluate, budgets: Sequence[int], coefficients: Coefficients
+) -> float:
+    rows, _ = greedy(prepared, Linear(coefficients), max(budgets))
+    picks = prepared.pool[rows]
+    return float(np.mean([evaluate(np.sort(picks[:k]))[0] for k in budgets]))
 
 
 def refine(
@@ -72,7 +72,6 @@ def refine(
         scenes: their names, by which they are put in order.
         seed: of the strategy.
         settings: the config's section `refinement`, with `targets` and `seed` of the splits.
-        inputs: files that the evaluations depend on.
     """
     policy = POLICIES["fsel"]
     with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
@@ -95,7 +94,7 @@ def refine(
 
 def _practices(
     scene: str, folder, policy: Policy, settings: Mapping, reconstruction: Mapping, journal: Journal
-) -> Iterator[_Practice]:
+) -> Iterator[Practice]:
     """Yield every draw of a scene; all share its reconstructor."""
     capture = Capture.load(folder)
     described = read_columns(Path(folder) / "descriptors.parquet")
@@ -104,12 +103,11 @@ def _practices(
         split = evaluation_split(capture, draw, settings["seed"], settings["targets"])
         evaluator = Evaluator.on_frames(reconstructor, split.targets)
         prepared = policy.prepare(Problem.of(capture, split, described))
-        yield _Practice(
-            prepared, journal.remember(f"{scene}/{draw}", evaluator), settings["budgets"]
-        )
+        evaluate = journal.remember(f"{scene}/{draw}", evaluator)
+        yield partial(_value, prepared, evaluate, settings["budgets"])
 
 
-def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> Objective:
+def _objective(practices: Sequence[Practice], settings: Mapping, seed: int) -> Objective:
     """Mean value of policies over a batch of draws; each generation meets another batch."""
     rng = np.random.default_rng([settings["seed"], seed])
     size = min(settings["batch"], len(practices))
@@ -119,24 +117,20 @@ def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> 
 
     def objective(sampled: Sequence[Coefficients], generation: int) -> np.ndarray:
         batch = [practices[i] for i in batches[generation]]
-        values = np.array([[p.value(x) for p in batch] for x in sampled]).mean(axis=1)
+        values = np.array([[p(x) for p in batch] for x in sampled]).mean(axis=1)
         logger.info("generation %d: best %.3f dB", generation, values.max())
         return values
 
     return objective
 
 
-def _better(
-    unseen: Sequence[_Practice], start: Coefficients, refined: Coefficients
-) -> Coefficients:
-    """Keep what was refined where it is better on draws that the strategy has not seen.
+def _better(unseen: Sequence[Practice], start: Coefficients, refined: Coefficients) -> Coefficients:
+    """Keep what was refined where it beats the start on unseen draws by two standard errors of the
+    gain.
 
-    Elsewhere the start is kept.
-
-    Better means by two standard errors of the paired gain: coefficients once kept for 0.02 dB on
-    eight draws lost as much on 36 other scenes.
+    Coefficients once kept for 0.02 dB on eight draws lost as much on 36 other scenes.
     """
-    before, after = (np.array([p.value(x) for p in unseen]) for x in (start, refined))
+    before, after = (np.array([p(x) for p in unseen]) for x in (start, refined))
     gain = after - before
     doubt = 2 * gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
     logger.info(

@@ -39,9 +39,7 @@ def search_oracle(
     Args:
         subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
-        metrics: of the comparison on the targets.
         seed: of the draw.
-        inputs, config: files and digest of parameters that the evaluations depend on.
     """
     problem, parts = Problem.load(folder, split), Split.load(split)
     reconstructor = reconstructor_of(problem.capture, reconstruction)

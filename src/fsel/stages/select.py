@@ -29,7 +29,6 @@ def select(
 
     Args:
         features: what `fsel.stages.features` wrote of them, one a draw.
-        weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """

@@ -12,11 +12,10 @@ from fsel.core.split import coverage_split
 def split_labelled(
     folder: File, splits: File, *, coverages: Sequence[int], seed: int, config: str
 ) -> None:
-    """Draw the targets of a scene that will be labelled (paper, Appendix A.2).
+    """Draw the targets of a scene that will be labelled at each of the coverages, in per cent.
 
-    Args:
-        splits: receives every level's split, see `fsel.core.split.Split.table`, with its coverage.
-        coverages: per cent.
+    See the paper's Appendix A.2. `splits` receives `fsel.core.split.Split.table`, with the
+    coverage.
     """
     capture = Capture.load(folder)
     parts = []

@@ -31,13 +31,11 @@ def train(
     """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
 
     Args:
-        splits: what `fsel.stages.split_labelled` wrote, one a scene.
-        features: what `fsel.stages.features` wrote of them, one a scene.
+        splits, features: what `split_labelled` and `features` wrote of them, one a scene.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
         scenes: their names.
         policy: key of `fsel.selectors.policies.KNOWN`.
-        epochs, learning_rate: of the training.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
     table = read_columns(trajectories)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
 import shutil
 import stat
 import zipfile
@@ -29,8 +28,8 @@ def unpack(
     """Unpack one folder of a zip archive, and the archives that lie in it, whole or not at all.
 
     Args:
-        archive: not trusted: members that are links, or lead out of the target, are refused
-            before anything is written.
+        archive: not trusted: members that are links, or lead out of the target, are refused before
+            anything is written.
         inside: the folder's path in the archive.
         folder: what it becomes; replaced if it is there.
         files: of the folder -> their sha256.
@@ -80,7 +79,13 @@ def _extract(archive: Path, inside: str, folder: Path) -> None:
             for member in content.infolist():
                 _check_member(archive, member)
             for member in members:
-                _write(content, member, folder / PurePosixPath(member.filename).relative_to(inside))
+                target = folder / PurePosixPath(member.filename).relative_to(inside)
+                if member.is_dir():
+                    target.mkdir(parents=True, exist_ok=True)
+                    continue
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with content.open(member) as source, target.open("wb") as file:
+                    shutil.copyfileobj(source, file)
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
         raise ValueError(
             f"{archive}: cannot be unpacked ({error}). Hint: delete it and fetch it again"
@@ -93,13 +98,3 @@ def _check_member(archive: Path, member: zipfile.ZipInfo) -> None:
         raise ValueError(f"{archive}: member {member.filename!r} leads out of the folder; refused")
     if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
         raise ValueError(f"{archive}: member {member.filename!r} is a link or device; refused")
-
-
-def _write(content: zipfile.ZipFile, member: zipfile.ZipInfo, target: Path) -> None:
-    if member.is_dir():
-        target.mkdir(parents=True, exist_ok=True)
-        return
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with content.open(member) as source, target.open("wb") as file:
-        shutil.copyfileobj(source, file)
-    os.chmod(target, 0o644)

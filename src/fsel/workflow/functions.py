@@ -11,14 +11,15 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "budget_curves": f"{STAGES}.fit_budget:budget_curves",
+    "budget_curves": "fit_budget:budget_curves",  # of tools
+    "fit_budget": "fit_budget:fit_budget",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
     "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
     "ga_vs_learned": f"{PAPER}.ga_vs_learned:ga_vs_learned",
     "select_geometry": f"{PAPER}.time_quality:TRIALS.select",
     "evaluate_geometry": f"{PAPER}.time_quality:TRIALS.evaluate",
-    "measure_costs": f"{PAPER}.costs:measure_costs",
+    "measure_costs": f"{PAPER}.time_quality:measure_costs",
     "time_quality": f"{PAPER}.time_quality:time_quality",
     "select_crosscapture": f"{PAPER}.crosscapture:TRIALS.select",
     "evaluate_crosscapture": f"{PAPER}.crosscapture:TRIALS.evaluate",

@@ -12,8 +12,7 @@ from fsel.core.programs import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.latex import plain_table
 from fsel.evaluation.summary import ALL_FRAMES
-from fsel.experiments.paper.costs import cost_means
-from fsel.experiments.paper.time_quality import VARIANTS, _row, joined
+from fsel.experiments.paper.time_quality import VARIANTS, _row, cost_means, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
 from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of

@@ -13,13 +13,7 @@ from fsel.core.capture import Capture
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.figures import footnote, plan_positions
-from fsel.experiments.paper.pictures import (
-    STRONGEST,
-    _calmest,
-    picks_of,
-    resolved,
-    spaced,
-)
+from fsel.experiments.paper.pictures import STRONGEST, _calmest, picks_of, resolved, spaced
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of

@@ -12,13 +12,7 @@ from small_captures import ring
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture
 from fsel.core.capture import Capture
-from fsel.experiments.paper.objectcentric import (
-    SHOWN,
-    TRAINED,
-    TRIALS,
-    UNTRAINED,
-    object_split,
-)
+from fsel.experiments.paper.objectcentric import SHOWN, TRAINED, TRIALS, UNTRAINED, object_split
 from fsel.experiments.paper.objectcentric import objectcentric as write_objectcentric
 from fsel.metrics import METRICS
 from fsel.selection.focus import from_capture

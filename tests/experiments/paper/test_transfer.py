@@ -8,8 +8,8 @@ from evaluation_files import FACTS, written
 
 from fsel.core.split import Split
 from fsel.evaluation.summary import ALL_FRAMES, read_csv
-from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
+from fsel.experiments.paper.time_quality import cost_means
 from fsel.experiments.paper.transfer import SHOWN, transfer
 from fsel.stages.evaluate import evaluate
 

@@ -7,12 +7,7 @@ from described_scene import write_scene
 from evaluation_files import FACTS
 
 from fsel.core.split import Split
-from fsel.experiments.studies.candidate_pools import (
-    OURS,
-    SETTINGS,
-    TRIALS,
-    candidate_pools,
-)
+from fsel.experiments.studies.candidate_pools import OURS, SETTINGS, TRIALS, candidate_pools
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors import pretrained
 from fsel.selectors.baselines import PAPER

@@ -40,7 +40,6 @@ def cross_split(
     other half is not used. Each target takes one distinct proxy, minimising the summed distance.
 
     Args:
-        capture: of several passes.
         held_out: the pass, one of `capture.sequences`.
         others: further passes of which no frame may be selected.
         targets: how many are drawn from that half; None for all of it.

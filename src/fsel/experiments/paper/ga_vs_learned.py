@@ -10,7 +10,7 @@ from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, difference, number, plain_table
 from fsel.evaluation.summary import write_csv
-from fsel.evaluation.sweep import named, of_scenes, sweep_cells
+from fsel.evaluation.sweep import sweep_cells
 from fsel.experiments.cells import GAP, Scenes, against
 from fsel.experiments.scheme import Trials, every_draw
 
@@ -58,9 +58,17 @@ def ga_vs_learned(
         scenes: of each of `searched`.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
     """
-    swept = sweep_cells(named(problems, evaluations), facts=facts)
-    subsets = pd.concat([_subset_means(item) for item in of_scenes(scenes, searched)])
-    cells = pd.concat([_search_cells(subsets).assign(k=k), swept[swept["k"] == k]])
+    swept = sweep_cells(problems, evaluations, facts=facts)
+    tables = []
+    for (dataset, scene), path in zip(scenes, searched, strict=True):
+        met = read_table(path).groupby(["draw", *SUBSET])["psnr"].mean().reset_index()
+        met["draw"] = "draw" + met["draw"].astype(str)
+        tables.append(met.assign(dataset=dataset, scene=scene))
+    subsets = pd.concat(tables)
+    averages = subsets.groupby([*PROBLEM, "method"])["psnr"].mean().reset_index()
+    averages["method"] = averages["method"].map(AVERAGES)
+    fittest = subsets.loc[subsets["rank"] == 0, [*PROBLEM, "method", "psnr"]]
+    cells = pd.concat([averages.assign(k=k), fittest.assign(k=k), swept[swept["k"] == k]])
     result = compare_with_search(cells)
     write_csv(result, numbers)
     tried = len(subsets[subsets["method"] == SEARCH]) / len(subsets[PROBLEM].drop_duplicates())
@@ -88,28 +96,12 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
         search itself), ahead (scenes), n (scenes); in the order of `ROWS`.
     """
     cells = cells[cells["method"].isin(ROWS)]
-    common = cells[cells["method"] == SEARCH][["dataset", "scene", "draw"]]
-    cells = cells.merge(common, on=["dataset", "scene", "draw"])
+    cells = cells.merge(cells.loc[cells["method"] == SEARCH, PROBLEM], on=PROBLEM)
     result = against(cells, SEARCH)
     scenes = cells.groupby(["method", "scene"])["psnr"].mean().unstack("scene")
     result["ahead"] = (scenes > scenes.loc[SEARCH]).sum(axis=1)
     order = ["k", "mean", "ci_low", "ci_high", *GAP, "ahead", "n"]
     return result.loc[list(ROWS), order].rename_axis("method").reset_index()
-
-
-def _subset_means(item: Mapping) -> pd.DataFrame:
-    """Return dataset, scene, draw, method, rank, psnr of every subset of a scene's searches."""
-    means = read_table(item["path"]).groupby(["draw", *SUBSET])["psnr"].mean().reset_index()
-    draw = "draw" + means["draw"].astype(str)
-    return means.assign(dataset=item["dataset"], scene=item["scene"], draw=draw)
-
-
-def _search_cells(subsets: pd.DataFrame) -> pd.DataFrame:
-    """Return the fittest subset of each search, and the mean over all its subsets."""
-    averages = subsets.groupby([*PROBLEM, "method"])["psnr"].mean().reset_index()
-    averages["method"] = averages["method"].map(AVERAGES)
-    fittest = subsets[subsets["rank"] == 0]
-    return pd.concat([averages, fittest[[*PROBLEM, "method", "psnr"]]])
 
 
 def _rows(result: pd.DataFrame) -> list[list[str]]:

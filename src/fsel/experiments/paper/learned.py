@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.files import File, Files, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, dataset_table, difference
 from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise, write_csv
-from fsel.evaluation.sweep import BASELINES, named, sweep_cells
+from fsel.evaluation.sweep import BASELINES, sweep_cells
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"
 
@@ -30,7 +30,7 @@ def handsign(
     Args:
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
     """
-    cells = sweep_cells(named(problems, evaluations), facts=facts)
+    cells = sweep_cells(problems, evaluations, facts=facts)
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
     gaps = differences(cells, [LEARNED], ["psnr"])
     values = gaps.set_index(["dataset", "k"])[["mean", "ci_low", "ci_high"]]
@@ -64,14 +64,19 @@ def seedvar(
     """Write the spread of the dataset mean over training seeds, in dB (paper, Table 3).
 
     Args:
-        table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
-            how far the method's mean is from that of the strongest baseline, which the spread is to
-            be read against.
+        table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin: the
+            method's mean less that of the strongest baseline, which the spread is to be read
+            against.
     """
-    runs = [_by_seed(item) for item in named(problems, evaluations)]
-    spread = seed_spread(pd.concat(runs), "psnr")
-    means = summarise(sweep_cells(named(problems, evaluations), facts=facts), ["psnr"])
-    spread["margin"] = _margins(means, spread)
+    runs = sweep_cells(problems, evaluations, facts=facts, by_seed=True)
+    spread = seed_spread(runs[runs["method"] == LEARNED], "psnr")
+    means = summarise(sweep_cells(problems, evaluations, facts=facts), ["psnr"])
+    psnr = means.set_index(["dataset", "k", "method"])["mean"]
+    best = means[means["method"].isin(BASELINES) & (means["k"] != ALL_FRAMES)]
+    best = best.groupby(["dataset", "k"])["mean"].max()
+    spread["margin"] = [
+        psnr[row.dataset, row.k, LEARNED] - best[row.dataset, row.k] for row in spread.itertuples()
+    ]
     texts = {
         (row.dataset, row.k): MISSING if pd.isna(row.std) else f"{row.std:.3f}"
         for row in spread.itertuples()
@@ -85,23 +90,6 @@ def seedvar(
         f"scenes. {made_by(facts)}"
     )
     _write(spread, texts, (datasets, budgets), text, "tab:seedvar", table, numbers)
-
-
-def _by_seed(item: Mapping) -> pd.DataFrame:
-    """Read the learned scorer's rows of one evaluation: dataset, scene, draw, seed, k, psnr."""
-    runs = read_table(item["path"]).query("method == @LEARNED")
-    means = runs.groupby(["seed", "k"])["psnr"].mean().reset_index()
-    return means.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"])
-
-
-def _margins(means: pd.DataFrame, spread: pd.DataFrame) -> list[float]:
-    """Return the learned mean minus the strongest baseline's, for every row of `spread`."""
-    psnr = means.set_index(["dataset", "k", "method"])["mean"]
-    best = means[means["method"].isin(BASELINES) & (means["k"] != ALL_FRAMES)]
-    best = best.groupby(["dataset", "k"])["mean"].max()
-    return [
-        psnr[row.dataset, row.k, LEARNED] - best[row.dataset, row.k] for row in spread.itertuples()
-    ]
 
 
 def _write(

@@ -34,8 +34,6 @@ def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
 
     Args:
         capture: at the size that is scored, with masks.
-        draw: number of the draw.
-        targets: how many.
 
     Raises:
         ValueError: for a capture without masks, or when too few frames show the object.

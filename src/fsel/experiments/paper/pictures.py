@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 LABELS = {name: m.label for name, m in METHODS.items()} | {
     name: policy.label for name, policy in POLICIES.items()
 }
-STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
+STRONGEST = "strongest"  # stands for a baseline, see `resolved`
 VIEWED = ("all", "uniform", STRONGEST, "less_is_more", "fsel")
 WARM_FRAMES, WARM_SIDE = 4, 32  # of a reconstruction that only compiles
 PIXELS = 384  # of an image's longer side, in what is saved
@@ -64,24 +64,20 @@ class Shown:
     frames: np.ndarray
 
 
-def strongest_baseline(evaluation: pd.DataFrame, k: int, but: Sequence[str]) -> str:
-    """The paper's baseline with the highest mean PSNR at a budget, some left out.
+def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
+    """The methods, `STRONGEST` being the paper's baseline with the highest PSNR of the others.
 
     Args:
         evaluation: method, seed, k, target, psnr.
-        k: the budget.
-        but: baselines that have columns of their own.
     """
-    external = [name for name in PAPER if name not in {*but, "untrained"}]
+    if STRONGEST not in methods:
+        return list(methods)
+    external = [name for name in PAPER if name not in {*methods, "untrained"}]
     rivals = evaluation[(evaluation["k"] == k) & evaluation["method"].isin(external)]
     if rivals.empty:
         raise ValueError(f"no baseline of {external} was evaluated at a budget of {k}")
-    return str(rivals.groupby("method")["psnr"].mean().idxmax())
-
-
-def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
-    """The methods, `STRONGEST` replaced by the name of the strongest that is not among them."""
-    return [strongest_baseline(evaluation, k, methods) if m == STRONGEST else m for m in methods]
+    strongest = str(rivals.groupby("method")["psnr"].mean().idxmax())
+    return [strongest if name == STRONGEST else name for name in methods]
 
 
 def draw_views(
@@ -107,7 +103,7 @@ def draw_views(
         targets: (T,) held-out frames.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the processor's seconds of its reconstruction
-            and of rendering all targets.
+            and of rendering all targets; of a GPU by the clock.
         methods: columns, in order. `strongest` is the paper's baseline with the highest PSNR at k
             that is not among them.
         views: targets drawn, evenly spaced in capture order; one is the middle one.
@@ -117,15 +113,24 @@ def draw_views(
     places, drawn = plan_positions(capture), spaced(len(targets), views)
     tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})
     tiny.fit(targets[:WARM_FRAMES]).render(tiny.capture.view(targets[:1]))
-    columns, tables = [], []
+    columns, tables, gpu = [], [], needs_gpu(reconstruction)
     for method in resolved(methods, evaluation, k):
         frames = frames_of(capture, picks_of(picked, method, k))
-        rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
+        fresh = reconstructor_of(capture, reconstruction)  # it has cached nothing yet
+        asked = fresh.capture.view(targets)
+        rendered, _, *taken = fit_and_render(fresh, np.sort(frames), asked, gpu)
+        scores = score_views(rendered, np.asarray(fresh.capture.images[targets]))
+        seconds = sum(taken)
         cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
         columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
-        tables.append(_table(method, frames, targets, scores, seconds, places))
-    write_csv(pd.concat(tables), numbers)
+        held_out = pd.DataFrame({"role": "target", "frame": targets})
+        held_out[list(METRICS)] = scores
+        table = pd.concat([held_out, pd.DataFrame({"role": "selected", "frame": frames})])
+        table[["x", "y"]] = places[table["frame"]]
+        tables.append(table.assign(method=method, k=len(frames), seconds=seconds))
+    told = ["method", "k", "seconds", "role", "frame", "x", "y", *METRICS]
+    write_csv(pd.concat(tables)[told], numbers)
     small = capture.resized(reconstruction["long_side"])
     truth = np.asarray(small.images[targets[drawn]])
     text = (
@@ -139,56 +144,11 @@ def draw_views(
 
 def spaced(count: int, views: int) -> np.ndarray:
     """(views,) evenly spaced numbers below `count`, ends included; one is the middle one."""
-    if views == 1:
-        return np.array([count // 2])
-    return evenly(count, views)
-
-
-def render_cold(
-    capture: Capture, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Targets rendered from frames by a reconstructor that has cached nothing yet.
-
-    Args:
-        frames: (K,) to reconstruct from.
-        targets: (T,) to render.
-
-    Returns:
-        (T, h, w, 3) float32 views, (T, 3) metrics as `METRICS`, and the processor's seconds of
-        fitting and rendering; of a GPU by the clock.
-    """
-    reconstructor, gpu = reconstructor_of(capture, reconstruction), needs_gpu(reconstruction)
-    views = reconstructor.capture.view(targets)
-    rendered, _, *seconds = fit_and_render(reconstructor, np.sort(frames), views, gpu)
-    truth = np.asarray(reconstructor.capture.images[targets])
-    return rendered, score_views(rendered, truth), sum(seconds)
-
-
-def _table(
-    method: str,
-    frames: np.ndarray,
-    targets: np.ndarray,
-    scores: np.ndarray,
-    seconds: float,
-    places: np.ndarray,
-) -> pd.DataFrame:
-    selected = pd.DataFrame({"role": "selected", "frame": frames})
-    held_out = pd.DataFrame({"role": "target", "frame": targets})
-    held_out[list(METRICS)] = scores
-    table = pd.concat([held_out, selected], ignore_index=True)
-    table[["x", "y"]] = places[table["frame"]]
-    head = {"method": method, "k": len(frames), "seconds": seconds}
-    columns = [*head, "role", "frame", "x", "y", *METRICS]
-    return table.assign(**head)[columns]
+    return np.array([count // 2]) if views == 1 else evenly(count, views)
 
 
 def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:
-    """Names of a method's frames at a budget; of one that takes every frame, all of them.
-
-    Args:
-        picked: method, k, order, name of one seed.
-        method, k: which.
-    """
+    """Names of a method's frames at a budget, in order; of `all`, every frame's."""
     part = picked[picked["method"] == method]
     part = part if method == "all" else part[part["k"] == k]
     return part.sort_values("order")["name"].tolist()
@@ -208,7 +168,6 @@ def draw(
 
     Args:
         truth: (T, h, w, 3) uint8.
-        columns: in order.
         places: (N, 2) cameras from above.
         targets: all held-out frames, drawn from above.
         outputs: paths; their endings choose the format.
@@ -223,13 +182,16 @@ def draw(
         rows + 1, len(columns) + 1, squeeze=False, height_ratios=[row] * rows + [wide]
     )
     for y in range(rows):
-        _image(axes[y, 0], truth[y] / 255, "")
+        _image(axes[y, 0], truth[y] / 255)
         # mean absolute differences of the three colours, in 0..1
         errors = [np.abs(one.rendered[y] - truth[y] / 255.0).mean(axis=-1) for one in columns]
         place = _calmest(np.mean(errors, axis=0))
         for x, (column, error) in enumerate(zip(columns, errors, strict=True), 1):
-            _image(axes[y, x], np.clip(column.rendered[y], 0, 1), f"{column.psnr[y]:.2f} dB")
-            shown = _errors(axes[y, x].inset_axes((*place, INSET, INSET)), error)
+            _image(axes[y, x], np.clip(column.rendered[y], 0, 1))
+            axes[y, x].set_xlabel(f"{column.psnr[y]:.2f} dB", fontsize=7, labelpad=2)
+            inset = axes[y, x].inset_axes((*place, INSET, INSET))
+            shown = _image(inset, error, cmap=ERRORS, vmin=0, vmax=WORST)
+            inset.spines[:].set_color("white")
     axes[0, 0].set_title("held-out view", fontsize=7)
     axes[rows, 0].axis("off")
     scale = axes[rows, 0].inset_axes((0.1, 0.6, 0.8, 0.06))
@@ -244,11 +206,10 @@ def draw(
     save(figure, outputs, round(PIXELS / (wide * max(1, height / width))))
 
 
-def _image(axis: Axes, image: np.ndarray, label: str) -> None:
-    axis.imshow(image, interpolation="antialiased")
-    axis.set_xlabel(label, fontsize=7, labelpad=2)
+def _image(axis: Axes, image: np.ndarray, **colors: Any) -> AxesImage:
     axis.set_xticks([])
     axis.set_yticks([])
+    return axis.imshow(image, interpolation="antialiased", **colors)
 
 
 def _calmest(error: np.ndarray) -> tuple[float, float]:
@@ -257,10 +218,3 @@ def _calmest(error: np.ndarray) -> tuple[float, float]:
     rows = {0.0: slice(-high, None), 1 - INSET: slice(high)}  # rows of an image count from above
     columns = {0.0: slice(wide), 1 - INSET: slice(-wide, None)}
     return min(product(columns, rows), key=lambda at: error[rows[at[1]], columns[at[0]]].mean())
-
-
-def _errors(axis: Axes, error: np.ndarray) -> AxesImage:
-    axis.set_xticks([])
-    axis.set_yticks([])
-    axis.spines[:].set_color("white")
-    return axis.imshow(error, cmap=ERRORS, vmin=0, vmax=WORST, interpolation="antialiased")

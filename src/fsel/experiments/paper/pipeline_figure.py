@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,8 +26,7 @@ from fsel.evaluation.summary import write_csv
 from fsel.training.search import fittest_so_far
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.figure import Figure
 
 
 def pipeline_figure(
@@ -61,16 +59,16 @@ def pipeline_figure(
         table, places = read_table(path), plan_positions(Capture.load(folder))
         split = Split.from_table(table[table["coverage"] == coverage])
         picks = np.array(fittest.loc[(scene, coverage), "picks"])
-        title = f"coverage {coverage} %"
-        plans[title] = {"places": places, "targets": split.targets, "picks": picks}
+        plans[f"coverage {coverage} %"] = places, split.targets, picks
         plan = pd.DataFrame({"order": range(len(picks)), "frame": picks})
         plan[["x", "y"]] = places[picks]
         parts.append(plan.assign(panel="plan", coverage=coverage))
     columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
     write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
     named = ", ".join(dict.fromkeys(scenes.values()))
-    text = f"{named}; population of {widest} %; open diamonds: targets. {note(facts)}"
-    _draw(population, plans, figures, text)
+    figure = _drawn(population, plans)
+    footnote(figure, f"{named}; population of {widest} %; open diamonds: targets. {note(facts)}")
+    save(figure, figures)
 
 
 def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
@@ -80,54 +78,33 @@ def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
     return table.assign(best=table["psnr"].to_numpy()[fittest])
 
 
-def _draw(
-    population: pd.DataFrame,
-    plans: Mapping[str, Mapping],
-    outputs: Sequence[str | Path],
-    note: str,
-) -> None:
-    """The search's population over generations, and trajectories of labels from above.
+def _drawn(
+    population: pd.DataFrame, plans: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+) -> Figure:
+    """Draw the search's population over generations, and trajectories of labels from above.
 
     Args:
-        population: generation, psnr, one row a distinct subset, and best: the PSNR of the fittest
-            subset met until then.
-        plans: title -> places (N, 2), targets (H,), picks (K,) frames in the order of the label.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
+        population: see `met_until`.
+        plans: title -> (N, 2) cameras from above, (H,) targets, (K,) frames in the label's order.
     """
+    from matplotlib.ticker import MaxNLocator  # here: jobs that draw nothing do without
+
     figure = new_figure((TEXT, 2.1))
-    axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
-    _population(axes[0], population)
-    for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
-        shown = _trajectory(axis, title, plan)
-    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=_whole_numbers())
+    first, *others = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
+    first.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
+    best = population.groupby("generation")["best"].last()
+    first.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
+    name_axes(first, "generation that met it", "PSNR on the proxies (dB)")
+    first.xaxis.set_major_locator(MaxNLocator(integer=True))
+    first.legend(fontsize=7)
+    for axis, (title, (places, targets, picks)) in zip(others, plans.items(), strict=True):
+        draw_cameras(axis, places, targets)
+        x, y = places[picks].T
+        axis.plot(x, y, "-", color="0.5", linewidth=0.4, zorder=2)
+        steps = np.arange(1, len(picks) + 1)
+        shown = axis.scatter(x, y, c=steps, cmap="viridis", s=18, zorder=4)
+        axis.set_title(title, fontsize=8)
+    bar = figure.colorbar(shown, ax=others, shrink=0.8, ticks=MaxNLocator(integer=True))
     bar.set_label("step of the label", fontsize=7)
     bar.ax.tick_params(labelsize=6)
-    footnote(figure, note)
-    save(figure, outputs)
-
-
-def _whole_numbers() -> MaxNLocator:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(integer=True)
-
-
-def _population(axis: Axes, population: pd.DataFrame) -> None:
-    axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
-    best = population.groupby("generation")["best"].last()
-    axis.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
-    name_axes(axis, "generation that met it", "PSNR on the proxies (dB)")
-    axis.xaxis.set_major_locator(_whole_numbers())
-    axis.legend(fontsize=7)
-
-
-def _trajectory(axis: Axes, title: str, plan: Mapping):
-    places, picks = plan["places"], plan["picks"]
-    draw_cameras(axis, places, plan["targets"])
-    x, y = places[picks].T
-    axis.plot(x, y, "-", color="0.5", linewidth=0.4, zorder=2)
-    steps = np.arange(1, len(picks) + 1)
-    shown = axis.scatter(x, y, c=steps, cmap="viridis", s=18, zorder=4)
-    axis.set_title(title, fontsize=8)
-    return shown
+    return figure

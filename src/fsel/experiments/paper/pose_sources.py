@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import pandas as pd
 
 from fsel.captures.read import read_folder
@@ -21,6 +20,7 @@ from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.experiments.cells import Scenes, cells_of
 from fsel.experiments.scheme import ExperimentCase, Trials
 from fsel.metrics import Metrics, headings
+from fsel.selection.frames import frames_of
 from fsel.selectors.baselines import FURTHER, PAPER
 
 logger = logging.getLogger(__name__)
@@ -59,18 +59,16 @@ def pair_poses(
             read_folder(source, long_side=long_side, store=Path(store), **how).capture
             for store, how in zip((first, second), readings, strict=True)
         )
-        rows = [{name: at for at, name in enumerate(capture.names)} for capture in (given, other)]
-        shared = [name for name in given.names if name in rows[1]]
+        placed = set(other.names)
+        shared = [name for name in given.names if name in placed]
         if len(shared) < at_least:
             raise ValueError(
                 f"{source}: both sources place {len(shared)} of {len(given)} frames, {at_least} "
                 "are needed (targets, as many proxies, and the largest budget). Hint: lower "
                 "`targets` or `budgets` in the config"
             )
-        for capture, at, folder in zip(
-            (given, other), rows, (given_folder, estimated_folder), strict=True
-        ):
-            capture.subset(np.array([at[name] for name in shared])).save(folder)
+        for capture, folder in ((given, given_folder), (other, estimated_folder)):
+            capture.subset(frames_of(capture, shared)).save(folder)
     logger.info("%s: %d frames placed by both", source, len(shared))
 
 
@@ -89,7 +87,6 @@ def trials(
     Args:
         given, other: captures of the same frames.
         draws: of targets, the same for both: chance alone decides them.
-        targets: held-out views of a draw.
         split_seed: of the scene's draws of targets.
     """
     for draw in range(draws):
@@ -117,7 +114,9 @@ def pose_sources(
             ci_low, ci_high, n of every selector.
         names: of both sources, as the table prints them.
     """
-    cells = _cells(scenes, evaluations, metrics, facts)
+    cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
+    # both sources stand for the methods to compare, each selector for a dataset
+    cells = cells.assign(dataset=cells["method"], method=cells["source"])
     means = summarise(cells, metrics).rename(columns={"dataset": "method", "method": "source"})
     gaps = differences(cells, [OTHER], metrics).rename(columns={"dataset": "of"})
     gaps = gaps.assign(method=gaps["of"], source="difference")[means.columns]
@@ -138,12 +137,6 @@ def pose_sources(
     )
     head = ["$K$", *map(tex, names), "difference"]
     write_text(plain_table(head, rows, caption=text, label="tab:vggtposes"), table)
-
-
-def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping) -> pd.DataFrame:
-    """Return dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
-    cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
-    return cells.assign(dataset=cells["method"], method=cells["source"])
 
 
 TRIALS = Trials(trials, methods=[*PAPER, *FURTHER])

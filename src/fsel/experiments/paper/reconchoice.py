@@ -12,7 +12,7 @@ from fsel.core.split import Split
 from fsel.evaluation.captions import captures_of, printed
 from fsel.evaluation.latex import number, plain_table, tex
 from fsel.evaluation.summary import ALL_FRAMES, write_csv
-from fsel.experiments.paper.costs import UNITS, cost_means, costs_alone
+from fsel.experiments.paper.time_quality import UNITS, cost_means, costs_alone
 from fsel.experiments.paper.transfer import of_each
 from fsel.metrics import Metrics, headings, units
 
@@ -37,7 +37,6 @@ def evaluate_reconchoice(
     Args:
         split, selections: split.parquet and what `select` wrote of one draw.
         evaluation: receives `costs_alone`.
-        budgets: whose picks are reconstructed.
         memory: bytes that one reconstruction may take.
     """
     picks = read_table(selections)
@@ -62,8 +61,8 @@ def reconchoice(
     """Write the table "Comparison across reconstructors".
 
     Args:
-        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first
-            reconstructor, then of the next.
+        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first reconstructor, then
+            of the next.
         table, numbers: receive LaTeX, and reconstructor, k and the columns of `cost_means`.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
@@ -71,23 +70,19 @@ def reconchoice(
     each = of_each(evaluations, reconstructors)
     parts = {name: cost_means(own, metrics) for name, own in each.items()}
     means = pd.concat(parts, names=["reconstructor"]).reset_index()
-    scenes = means["n"].max()
     write_csv(means, numbers)
-    inputs = list(dict.fromkeys(means["k"]))
-    rows = [
-        [
-            "all frames" if k == ALL_FRAMES else f"$K{{=}}{k}$",
-            *(text for name in reconstructors for text in _cells(means, name, k, metrics)),
-        ]
-        for k in inputs
-    ]
+    rows = []
+    for k, part in means.groupby("k", sort=False):
+        rows.append(["all frames" if k == ALL_FRAMES else f"$K{{=}}{k}$"])
+        for row in part.set_index("reconstructor").loc[list(reconstructors)].to_dict("records"):
+            rows[-1] += _cells(row, metrics)
     head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(reconstructors)]
     groups = [(printed(own), 3) for own in reconstructors.values()]
     text = (
         r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
-        f"draw of targets) and all observed frames of {scenes} scenes. Processor seconds of "
-        "fitting and rendering, and the peak of memory above the idle process; each in a "
-        f"process of its own, which may take {memory / 1e9:.3g}~GB. {_on_gpus(means)}"
+        f"draw of targets) and all observed frames of {means['n'].max()} scenes. Processor "
+        "seconds of fitting and rendering, and the peak of memory above the idle process; each in "
+        f"a process of its own, which may take {memory / 1e9:.3g}~GB. {_on_gpus(means)}"
         f"Captures: {captures_of(facts)}."
     )
     made = plain_table(head, rows, caption=text, label="tab:reconchoice", groups=groups)
@@ -106,8 +101,7 @@ def _on_gpus(means: pd.DataFrame) -> str:
     return f"On a GPU, seconds by the clock and memory of the GPU: {names}. "
 
 
-def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str]:
-    row = means[(means["reconstructor"] == name) & (means["k"] == k)].iloc[0]
+def _cells(row: Mapping, metrics: Metrics) -> list[str]:
     if row["outcome"]:
         return [rf"\textit{{{row['outcome']}}}", "", ""]
     quality = "/".join(number(row[metric], metric) for metric in metrics)

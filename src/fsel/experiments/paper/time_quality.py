@@ -2,31 +2,123 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.core.capture import Capture
-from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.problem import Problem
+from fsel.core.programs import FINISHED, Unfinished
 from fsel.core.split import Split
 from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import MISSING, number, plain_table
+from fsel.evaluation.latex import MISSING, bold_if, number, plain_table
+from fsel.evaluation.measuring import learned_runs, picks_at, rng_by_name
 from fsel.evaluation.summary import ALL_FRAMES, differences, summarise, write_csv
-from fsel.evaluation.sweep import named, sweep_cells
+from fsel.evaluation.sweep import sweep_cells
 from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.scheme import Trials, every_draw
+from fsel.experiments.studies.footprint import measure_alone
+from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
+from fsel.metrics import Metrics
+
+logger = logging.getLogger(__name__)
 
 ALL = "all"
+UNITS = {"fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
+ENDED = ["device", "outcome"]
 VARIANTS = {
     "less_is_more": r"\textbf{Ours}",
     "less_is_more_no_appearance": r"\shortstack{w/o\\appear.}",
     "less_is_more_geometry": r"\shortstack{w/o appear.\\\& sharp.}",
 }
+
+
+def costs_alone(
+    folder: File,
+    subsets: Mapping[int, np.ndarray],
+    targets: np.ndarray,
+    reconstruction: Mapping,
+    metrics: Metrics = ("psnr",),
+    **limits: Any,
+) -> pd.DataFrame:
+    """Measure quality, seconds and memory of reconstructions, each in a process of its own.
+
+    Args:
+        subsets: k (`ALL_FRAMES` for all) -> frames.
+        targets, metrics, limits: see `measure_alone`.
+
+    Returns:
+        k, the metrics, the columns of `UNITS`, device, outcome; numbers are NaN where a
+        reconstruction did not finish.
+    """
+    rows = []
+    for k, frames in subsets.items():
+        try:
+            cost = measure_alone(folder, frames, targets, reconstruction, metrics=metrics, **limits)
+        except Unfinished as end:
+            logger.warning("%s", end)
+            cost = {"outcome": end.outcome}
+        rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
+        logger.info("%s", rows[-1])
+    numbers = [*metrics, *UNITS]
+    table = pd.DataFrame(rows, columns=["k", *numbers, *ENDED])
+    return table.astype(dict.fromkeys(numbers, float))
+
+
+def cost_means(costs: Files, metrics: Metrics = ()) -> pd.DataFrame:
+    """Return by k the metrics, seconds (fit and rendering), peak_mb, n (scenes), device, outcome.
+
+    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
+    """
+    table = pd.concat([read_table(path) for path in costs])
+    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
+    table["peak_mb"] = table["peak_bytes"] / 1e6
+    groups = table.groupby("k", sort=False)
+    means = groups[[*metrics, "seconds", "peak_mb"]].agg(lambda values: values.mean(skipna=False))
+    return means.assign(n=groups.size(), **{name: groups[name].max() for name in ENDED})
+
+
+def measure_costs(
+    folder: File,
+    split: File,
+    weights: Files,
+    costs: File,
+    times: File,
+    *,
+    budgets: Sequence[int],
+    appearance: Mapping,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """Measure what reconstruction from ours costs at every budget, and what selecting does.
+
+    Args:
+        weights: one scorer of each variant: ours, and ours denied some features.
+        costs: receives `costs_alone`, `ALL_FRAMES` being all candidates.
+        times: receives variant, k, seconds of one thread: descriptors of all observed frames, where
+            the variant reads them, and the selection.
+    """
+    problem, targets = Problem.load(folder, split), Split.load(split).targets
+    variants = {run.method.name: run for run in learned_runs(weights)}
+    picks = picks_at(problem, variants[next(iter(VARIANTS))], budgets, rng_by_name(0))
+    subsets = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
+    measured = costs_alone(folder, subsets, targets, reconstruction)
+    write_table(measured, costs, units=UNITS, config=config)
+    a_pool = descriptor_seconds(np.asarray(problem.capture.images[problem.observed]), appearance)
+    rows = []
+    for name, run in variants.items():
+        before = sum(a_pool[read] for read in run.method.reads)
+        for k in budgets:
+            select_once(problem, run, k)  # compiles
+            rows.append((name, k, before + timed(partial(select_once, problem, run, k))))
+    seconds = pd.DataFrame(rows, columns=["variant", "k", "seconds"])
+    write_table(seconds, times, units={"seconds": "s"}, config=config)
 
 
 def time_quality(
@@ -47,16 +139,14 @@ def time_quality(
     Args:
         evaluations: what `fsel.stages.evaluate` wrote of the sweep's selections, one a problem.
         variant: what the jobs of `TRIALS` wrote, one a scene.
-        costs, times: what `costs.measure_costs` wrote, one a scene.
+        costs, times: what `measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
     """
-    swept = sweep_cells(named(problems, evaluations), facts=facts)
+    swept = sweep_cells(problems, evaluations, facts=facts)
     swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
+    swept["scene"] = swept["dataset"] + "/" + swept["scene"]
+    swept["draw"] = swept["draw"].str.removeprefix("draw").astype(int)
     further = cells_of(scenes, variant, ["psnr"], facts)
-    swept["scene"], swept["draw"] = (
-        swept["dataset"] + "/" + swept["scene"],
-        swept["draw"].str.removeprefix("draw").astype(int),
-    )
     cells = pd.concat([swept, further], ignore_index=True)
     cells = cells[cells["method"].isin([*VARIANTS, ALL])]
     result = joined(cells, cost_means(costs), pd.concat(map(read_table, times)))
@@ -90,7 +180,7 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
 
     Args:
         cells: dataset, scene, draw, method, k, psnr of one dataset.
-        costs: see `costs.cost_means`.
+        costs: see `cost_means`.
         times: variant, k, seconds; one row a scene.
 
     Returns:
@@ -107,9 +197,8 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
     keys = list(zip(result["method"], result["k"], strict=True))
     result["leads"] = [bool(leads.get(key, False)) for key in keys]
     result["selection_s"] = [selecting.get(key, 0.0) for key in keys]
-    result["reconstruction_s"] = costs.loc[result["k"], "seconds"].to_numpy()
-    result["peak_mb"] = costs.loc[result["k"], "peak_mb"].to_numpy()
-    return result
+    result["reconstruction_s"] = result["k"].map(costs["seconds"])
+    return result.assign(peak_mb=result["k"].map(costs["peak_mb"]))
 
 
 def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
@@ -121,11 +210,7 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
         quality = [number(shared["psnr"], "psnr"), *blank]
         return [title, *quality, MISSING, *blank, fit, fit, *blank, peak]
     variants = [part.loc[name] for name in VARIANTS]
-    quality = [number(v["psnr"], "psnr") for v in variants]
-    quality = [
-        rf"\textbf{{{text}}}" if v["leads"] else text
-        for text, v in zip(quality, variants, strict=True)
-    ]
+    quality = [bold_if(v["leads"], number(v["psnr"], "psnr")) for v in variants]
     selecting = np.array([v["selection_s"] for v in variants])
     totals = selecting + shared["reconstruction_s"]
     seconds = [[_printed(value, 3) for value in values] for values in (selecting, totals)]

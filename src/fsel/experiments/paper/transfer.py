@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ from fsel.evaluation.captions import captures_of, printed
 from fsel.evaluation.latex import difference, number, plain_table
 from fsel.evaluation.summary import OUTCOME, summarise, write_csv
 from fsel.evaluation.summary import differences as paired
-from fsel.evaluation.sweep import LABELS, named, sweep_cells
+from fsel.evaluation.sweep import LABELS, sweep_cells
 from fsel.experiments.paper import crosscapture
 from fsel.metrics import Metrics, headings
 from fsel.stages.evaluate import evaluate
@@ -34,23 +35,10 @@ def evaluate_transfer(
     budgets: Sequence[int],
     config: str,
 ) -> None:
-    """Reconstruct a capture from the picks that the table shows.
-
-    Args:
-        folder, splits, selections, evaluations, reconstruction, metrics: see
-            `fsel.stages.evaluate`.
-        budgets: whose picks are reconstructed.
-    """
-    evaluate(
-        folder,
-        splits,
-        selections,
-        evaluations,
-        reconstruction=reconstruction,
-        metrics=metrics,
-        only={"method": list(SHOWN), "k": budgets, "seed": [SEED]},
-        config=config,
-    )
+    """Reconstruct a capture from the picks that the table shows; see `fsel.stages.evaluate`."""
+    only = {"method": list(SHOWN), "k": budgets, "seed": [SEED]}
+    how: dict[str, Any] = {"reconstruction": reconstruction, "metrics": metrics, "config": config}
+    evaluate(folder, splits, selections, evaluations, only=only, **how)
 
 
 def of_each(evaluations: Files, names: Iterable[str]) -> dict[str, Files]:
@@ -75,8 +63,8 @@ def transfer(
     """Write the table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate_transfer` wrote: all problems of the first
-            reconstructor, then of the next.
+        evaluations: what `evaluate_transfer` wrote: all problems of the first reconstructor, then
+            of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
         problems: `dataset/scene/draw0` of each evaluation of one reconstructor.
@@ -84,9 +72,7 @@ def transfer(
         budgets: one group of columns each.
     """
     each = of_each(evaluations, reconstructors)
-    cells = {
-        name: sweep_cells(named(problems, own), metrics, facts=facts) for name, own in each.items()
-    }
+    cells = {name: sweep_cells(problems, own, metrics, facts=facts) for name, own in each.items()}
     means = {name: summarise(own, metrics) for name, own in cells.items()}
     gaps = {name: paired(own, list(OURS), metrics) for name, own in cells.items()}
     every, ahead = (
@@ -98,8 +84,13 @@ def transfer(
     rows = []
     for name, own in reconstructors.items():
         rows.append([printed(own), *[""] * (3 * len(budgets))])
+        keys = ["method", "k", "metric"]
+        values = every[every["reconstructor"] == name].set_index(keys).sort_index()
+        paired_gaps = ahead[ahead["reconstructor"] == name].set_index([*keys, "reference"])
         for method, label in SHOWN.items():
-            rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
+            rows.append([label])
+            for k in budgets:
+                rows[-1] += _cells(values.loc[(method, k)], paired_gaps, method, k, metrics)
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
     groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
     text = caption(reconstructors, problems, facts)
@@ -108,25 +99,16 @@ def transfer(
 
 
 def _cells(
-    means: pd.DataFrame,
-    gaps: pd.DataFrame,
-    method: str,
-    name: str,
-    budgets: Sequence[int],
-    metrics: Metrics,
+    values: pd.DataFrame, gaps: pd.DataFrame, method: str, k: int, metrics: Metrics
 ) -> Iterator[str]:
-    """Yield a row's cells of one reconstructor and every budget."""
-    keyed = means.set_index(["reconstructor", "method", "k", "metric"])
-    values, ended = keyed["mean"], keyed.get(OUTCOME)
-    gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
-    paired = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
-    for k in budgets:
-        if np.isnan(values[name, method, k, "psnr"]):
-            yield rf"\textit{{{ended[name, method, k, 'psnr']}}}"
-        else:
-            yield "/".join(number(values[name, method, k, metric], metric) for metric in metrics)
-        for ours in OURS:
-            yield "" if ours == method else difference(*paired.loc[(name, ours, k)])
+    """Yield a method's cells of one reconstructor and budget: metrics, and both differences."""
+    if np.isnan(values.loc["psnr", "mean"]):
+        yield rf"\textit{{{values.loc['psnr', OUTCOME]}}}"
+    else:
+        yield "/".join(number(values.loc[metric, "mean"], metric) for metric in metrics)
+    for ours in OURS:
+        row = gaps.loc[(ours, k, "psnr", method)] if ours != method else None
+        yield "" if row is None else difference(row["mean"], row["ci_low"], row["ci_high"])
 
 
 def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], facts: Mapping) -> str:

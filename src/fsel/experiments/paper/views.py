@@ -66,8 +66,7 @@ def real_world(
         folder: a canonical capture of several sequences with images large enough.
         selected_from: frames.parquet of the capture that was selected from; names connect the two.
         picks, evaluation: what the jobs of `crosscapture.TRIALS` wrote.
-        numbers, views, k, methods: see `pictures.draw_views`; `all` is every frame of the other
-            sequences.
+        numbers, views, k, methods: as of `qualitative`; `all` is every frame of the others.
     """
     capture = Capture.load(folder)
     every = read_table(evaluation).query("draw == 0")

@@ -82,8 +82,7 @@ def measure_cold(
     """Reconstruct with nothing cached and compare.
 
     Args:
-        bench: what from and where.
-        changes: settings, or `long_side` of the images reconstructed from, that differ from it.
+        changes: settings, or `long_side` of the images reconstructed from, that differ.
 
     Returns:
         psnr in dB, depth_error (median over pixels, share of the depth; NaN without truth),
@@ -99,14 +98,10 @@ def measure_cold(
 
 
 def measure_splats(
-    bench: BenchCase, reconstruction: Mapping, **changes: Any
+    bench: BenchCase, reconstruction: Mapping
 ) -> tuple[dict[str, float], SplatModel]:
-    """Measure as `measure_cold`, with a reconstructor that makes splats.
-
-    Raises:
-        TypeError: for another one.
-    """
-    cost, model = measure_cold(bench, reconstruction, **changes)
+    """Measure as `measure_cold`; raise TypeError where no splats are made."""
+    cost, model = measure_cold(bench, reconstruction)
     if not isinstance(model, SplatModel):
         raise TypeError(
             f"reconstructor {reconstruction['name']!r}: this study changes settings of `splats` "
@@ -156,11 +151,6 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
             model.near * model.frame.unit
         )
     return np.maximum(out, np.finfo(np.float32).tiny)
-
-
-def halved(model: SplatModel) -> SplatModel:
-    """Round a model's positions, opacities and depths to float16."""
-    return replace(model, splats=model.splats.astype(np.float16).astype(np.float32))
 
 
 def true_depth(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 import pandas as pd
@@ -48,31 +49,27 @@ def trials(
                 split,
                 budgets,
                 rng_by_name(seed),
-                problem=_pooled(setting),
-                entered=_entered(setting),
+                problem=partial(_pooled, setting),
+                entered=partial(_entered, setting),
             )
 
 
-def _pooled(setting: str) -> Callable[..., Problem]:
-    return lambda *given: replace(Problem.of(*given), proxies_free=setting != "candidates")
+def _pooled(setting: str, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
+    problem = Problem.of(capture, split, described)
+    return replace(problem, proxies_free=setting != "candidates")
 
 
-def _entered(setting: str) -> Callable[[list[Run]], list[Run]]:
+def _entered(setting: str, learned: list[Run]) -> list[Run]:
     """Ours with the policy of a setting, beside the paper's baselines.
 
     Only Nearest and `fsel` look at target poses: they stand beside ours where it does.
     """
-
-    def entered(learned: list[Run]) -> list[Run]:
-        ours = [run for run in learned if run.method.name == OURS.name]
-        others = runs(PAPER.values())
-        if setting == "targets":
-            others = runs([METHODS["nearest"]]) + [run for run in learned if run not in ours]
-        policy = POLICY[setting]
-        scorers = [cast(ScoringMethod, run.method).scorer for run in ours]
-        return others + [Run(policy.method(scorer), n) for n, scorer in enumerate(scorers)]
-
-    return entered
+    ours = [run for run in learned if run.method.name == OURS.name]
+    others = runs(PAPER.values())
+    if setting == "targets":
+        others = runs([METHODS["nearest"]]) + [run for run in learned if run not in ours]
+    scorers = [cast(ScoringMethod, run.method).scorer for run in ours]
+    return others + [Run(POLICY[setting].method(scorer), n) for n, scorer in enumerate(scorers)]
 
 
 def candidate_pools(

@@ -73,7 +73,8 @@ def _of_reconstruction(place: BenchCase, reconstruction: Mapping) -> list[dict]:
     every, _ = measure_cold(place, reconstruction, planes=(most, most))
     clear, _ = measure_cold(place, reconstruction, opacity=0.0)
     rows = [_row("planes", usual, every), _row("opacity", usual, clear)]
-    for saving, few in (("views", place), ("view", first_view(place))):
+    single = replace(place, views=place.views.subset(slice(1)), truth=place.truth[:1], depth=None)
+    for saving, few in (("views", place), ("view", single)):
         fitted = {"fit_seconds": usual["fit_seconds"]}
         culled = {"fit_seconds": usual["fit_seconds"] + timed(partial(model.seen_by, few.views))}
         whole, part = measure_model(few, model), measure_model(few, model.seen_by(few.views))
@@ -81,24 +82,13 @@ def _of_reconstruction(place: BenchCase, reconstruction: Mapping) -> list[dict]:
     return rows
 
 
-def first_view(place: BenchCase) -> BenchCase:
-    """Return the bench with its first target alone."""
-    return replace(
-        place,
-        views=place.views.subset(slice(1)),
-        truth=place.truth[:1],
-        depth=None if place.depth is None else place.depth[:1],
-    )
-
-
 def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
     """A method that reads sharpness alone does without the appearance of every frame."""
     images = np.asarray(capture.images)
     seconds = descriptor_seconds(images, appearance)
     described = descriptors(images, appearance["kind"], appearance["weights"])
-    kept = 8 * len(images)
-    few = {"bytes": kept, "seconds": seconds["sharpness"]}
-    both = {"bytes": kept + described.nbytes, "seconds": sum(seconds.values())}
+    few = {"bytes": 8 * len(images), "seconds": seconds["sharpness"]}
+    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sum(seconds.values())}
     return _row("descriptors", few, both)
 
 

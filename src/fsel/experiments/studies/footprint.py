@@ -108,12 +108,10 @@ def footprint(
     peak = Peak()
     rendered, model, *seconds = fit_and_render(reconstructor, chosen, views, gpu)
     taken = model.peak_bytes if gpu else max(peak.bytes, model.peak_bytes)
-    runs = [seconds]
+    runs = [tuple(seconds)]
     for _ in range(repeats - 1):
-        _, _, *seconds = fit_and_render(
-            reconstructor_of(capture, reconstruction), chosen, views, gpu
-        )
-        runs.append(seconds)
+        fresh = reconstructor_of(capture, reconstruction)
+        runs.append(fit_and_render(fresh, chosen, views, gpu)[2:])
     fitting, rendering = np.median(runs, axis=0)
     scores = score_views(rendered, truth, None, metrics)
     return {
@@ -147,17 +145,14 @@ def _clock(gpu: bool) -> float:
     return time.process_time() + others.ru_utime + others.ru_stime
 
 
-def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
-    try:
-        return footprint(**request)
-    except Unfinished as end:
-        return {"outcome": end.outcome, "log": end.log}
-
-
 def _kilobytes(field: str) -> int:
     line = next(line for line in STATUS.read_text().splitlines() if line.startswith(field + ":"))
     return int(line.split()[1])
 
 
 if __name__ == "__main__":
-    print(json.dumps(_answer(json.load(sys.stdin))))
+    try:
+        answer = footprint(**json.load(sys.stdin))
+    except Unfinished as end:
+        answer = {"outcome": end.outcome, "log": end.log}
+    print(json.dumps(answer))

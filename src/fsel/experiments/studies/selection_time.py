@@ -17,7 +17,6 @@ from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.geometry import poses_at
-from fsel.core.points import SparsePoints
 from fsel.core.problem import Problem
 from fsel.core.split import evaluation_split
 from fsel.evaluation.latex import plain_table, tex
@@ -50,17 +49,13 @@ class _Repeated:
 
 
 def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
-    """Resample the capture's path at another frame rate.
+    """Resample the path of a capture, filmed in one pass, at another frame rate.
 
     Poses are interpolated between frames; each new frame has the image and the tracks of the
     nearest old one.
 
-    Args:
-        capture: filmed in one pass.
-        frames: of the new capture.
-
     Returns:
-        The new capture, and (frames,) int64 the old frame of each.
+        The capture of so many frames, and (frames,) int64 the old frame of each.
     """
     when = np.linspace(0, len(capture) - 1, frames)
     nearest, before = np.round(when).astype(np.int64), np.floor(when).astype(np.int64)
@@ -69,6 +64,12 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
     centers = (1 - share) * capture.centers[before] + share * capture.centers[after]
     turns = Rotation.from_matrix(capture.world_to_camera[:, :, :3])
     rotations = Slerp(np.arange(len(capture)), turns)(when).as_matrix()
+    points = capture.points
+    if points is not None:
+        tracks = pd.DataFrame({"old": points.track_frame, "track_point": points.track_point})
+        seen = pd.DataFrame({"old": nearest, "track_frame": range(frames)}).merge(tracks, on="old")
+        columns = ("track_point", "track_frame")
+        points = replace(points, **{name: seen[name].to_numpy() for name in columns})
     dense = replace(
         capture,
         names=tuple(f"{i:06d}" for i in range(frames)),
@@ -76,29 +77,19 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
         intrinsics=capture.intrinsics[nearest],
         images=cast(np.ndarray, _Repeated(capture.images, nearest)),
         sequences=tuple(capture.sequences[i] for i in nearest),
-        points=None if capture.points is None else _tracked(capture.points, nearest),
+        points=points,
         masks=None,
     )
     return dense, nearest
 
 
-def _tracked(points: SparsePoints, nearest: np.ndarray) -> SparsePoints:
-    """The sparse points, every new frame seeing what its old one saw."""
-    tracks = pd.DataFrame({"old": points.track_frame, "point": points.track_point})
-    seen = pd.DataFrame({"old": nearest, "new": range(len(nearest))}).merge(tracks, on="old")
-    return replace(points, track_point=seen["point"].to_numpy(), track_frame=seen["new"].to_numpy())
-
-
 def problem_of_size(
     capture: Capture, described: np.ndarray, sharp: np.ndarray, pool: int, targets: int
 ) -> Problem:
-    """Make a problem with `pool` observed frames on a resampled capture.
+    """Make a problem with `pool` observed frames on a resampled capture, and so many targets.
 
     Args:
-        capture: filmed in one pass.
-        described: (N, D) descriptors of its frames; sharp: (N,) their sharpness.
-        pool: frames that a baseline may pick.
-        targets: views to serve, and as many proxies within the pool.
+        described: (N, D) descriptors of the capture's frames; sharp: (N,) their sharpness.
     """
     dense, old = refilmed(capture, pool + targets)
     split = evaluation_split(dense, 0, 0, targets=targets)
@@ -148,9 +139,11 @@ def selection_time(
     sharp = sharpness(images)
     a_frame = descriptor_seconds(images, appearance)
     problems = [problem_of_size(capture, described, sharp, pool, targets) for pool in sorted(pools)]
+    learned = [run for run in learned_runs(weights) if run.seed == 0]
+    contenders = [*(Run(METHODS[name], 0) for name in BASELINES), *learned]  # not `all`
     rows = []
     for pool, problem in zip(sorted(pools), problems, strict=True):
-        for run in _runs(weights):
+        for run in contenders:
             select_once(problems[0], run, k)  # compiles
             seconds = timed(partial(select_once, problem, run, k))
             share = pool / len(capture)
@@ -177,12 +170,6 @@ def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
     return picks.frames
 
 
-def _runs(weights: Files) -> list[Run]:
-    """One run of each method that selects: not `all`."""
-    learned = [run for run in learned_runs(weights) if run.seed == 0]
-    return [*(Run(METHODS[name], 0) for name in BASELINES), *learned]
-
-
 def _time_table(result: pd.DataFrame, targets: int, kind: str) -> str:
     pools, k = result["pool"].unique().tolist(), result["k"].iloc[0]
     cells = result.set_index(["method", "pool"])[["descriptors", "selection"]]
@@ -203,9 +190,5 @@ def _time_table(result: pd.DataFrame, targets: int, kind: str) -> str:
 
 def _milliseconds(*seconds: float) -> str:
     """The parts that are not zero, two significant digits each."""
-    texts = []
-    for value in seconds:
-        if value > 0:
-            digits = max(0, 1 - int(np.floor(np.log10(1e3 * value))))
-            texts.append(f"{1e3 * value:,.{digits}f}")
-    return " + ".join(texts)
+    parts = [1e3 * value for value in seconds if value > 0]
+    return " + ".join(f"{part:,.{max(0, 1 - int(np.floor(np.log10(part))))}f}" for part in parts)

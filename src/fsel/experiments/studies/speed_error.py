@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
@@ -13,16 +13,9 @@ from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation import speed
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.summary import write_csv
-from fsel.evaluation.sweep import LABELS, PLAIN, named, sweep_cells
-from fsel.experiments.studies.bench import (
-    benches,
-    halved,
-    measure_cold,
-    measure_model,
-    measure_splats,
-)
+from fsel.evaluation.sweep import LABELS, sweep_cells
+from fsel.experiments.studies.bench import benches, measure_cold, measure_model, measure_splats
 from fsel.reconstruct.splats import SplatSettings
-from fsel.selectors.policies import POLICIES
 from fsel.training.search import fittest_so_far
 
 logger = logging.getLogger(__name__)
@@ -60,33 +53,25 @@ def speed_error(
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
-    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]), facts={})
+    cells = sweep_cells([*problems, *problems], [*evaluations, *oracles], facts={})
     methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})
     curves = progress(subsets, labels)
     timed_k, pool = timed[["k", "pool"]].iloc[0]
-    speed.draw(
-        methods,
-        swept,
-        curves,
-        figures,
-        labels=PLAIN,
-        ours=list(POLICIES),
-        selected=f"{timed_k} of {pool} frames",
-        k=k,
-    )
+    selected = f"{timed_k} of {pool} frames"
+    speed.draw(methods, swept, curves, figures, selected=selected, k=k)
     every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
     write_csv(every, numbers)
-    write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
+    write_text(_tables(methods, swept, curves, selected, k), table)
 
 
 def progress(subsets: Files, labels: Files) -> pd.DataFrame:
     """Measure what stopping a search early costs.
 
     Args:
-        subsets: paths of searched subsets of evaluation problems, with a column `method`.
+        subsets: searched subsets of evaluation problems, with a column `method`.
         labels: of training scenes.
 
     Returns:
@@ -95,9 +80,9 @@ def progress(subsets: Files, labels: Files) -> pd.DataFrame:
     """
     curves: dict[str, list[pd.DataFrame]] = {name: [] for name in speed.SEARCHES}
     for path in subsets:
-        searches = dict(list(read_table(path).groupby("method")))
-        for name, run in searches.items():
-            curves[name].append(_behind(run, searches["search"]))
+        searches = read_table(path).groupby("method")
+        for name, run in searches:
+            curves[name].append(_behind(run, searches.get_group("search")))
     for path in labels:
         run = read_table(path)
         curves["labels"].append(_behind(run, run))
@@ -113,14 +98,11 @@ def progress(subsets: Files, labels: Files) -> pd.DataFrame:
 
 def _behind(run: pd.DataFrame, whole: pd.DataFrame) -> pd.DataFrame:
     """Generations, and the gap to the fittest of another run, by the number of evaluations."""
-    gap = _incumbent(whole)[-1] - _incumbent(run)
-    table = pd.DataFrame({"generations": run["generation"].to_numpy(float), "gap": gap})
-    return table.set_axis(np.arange(1, len(run) + 1))
-
-
-def _incumbent(run: pd.DataFrame) -> np.ndarray:
-    """(n,) PSNR of the fittest subset so far."""
-    return run["psnr"].to_numpy()[fittest_so_far(run["fitness"].to_numpy())]
+    fittest, met = (
+        each["psnr"].to_numpy()[fittest_so_far(each["fitness"].to_numpy())] for each in (whole, run)
+    )
+    table = {"generations": run["generation"].to_numpy(float), "gap": fittest[-1] - met}
+    return pd.DataFrame(table, index=np.arange(1, len(run) + 1))
 
 
 def _tables(
@@ -199,7 +181,8 @@ def speed_settings(
             cost = usual if default else measure_cold(place, reconstruction, **changes)[0]
             rows.append({"setting": setting, "value": value, "default": default, **cost})
         rounded = {"setting": "precision", "value": "float16", "default": False}
-        rows.append(rounded | usual | measure_model(place, halved(model)))
+        halved = replace(model, splats=model.splats.astype(np.float16).astype(np.float32))
+        rows.append(rounded | usual | measure_model(place, halved))
         logger.info("%r: %d settings", place.capture, len(rows))
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
@@ -210,11 +193,7 @@ def speed_settings(
 def settings_of(
     reconstruction: Mapping, size: tuple[int, int]
 ) -> Iterator[tuple[str, str, bool, dict]]:
-    """(setting, printed value, whether it is the default, changes).
-
-    Args:
-        size: (width, height) of the stored images, which no variant enlarges.
-    """
+    """(setting, printed value, whether it is the default, changes); no side is above the size's."""
     usual = asdict(SplatSettings(**reconstruction["settings"]))
     least, most = usual["planes"]
     for count in PLANES:

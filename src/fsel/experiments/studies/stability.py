@@ -37,14 +37,10 @@ def stability(table: File, numbers: File) -> None:
 
 def _table(result: pd.DataFrame) -> str:
     held = int(result["holds"].sum())
-    rows = [
-        [
-            *map(tex, (row.case, row.expected, row.observed)),
-            f"{row.error:.1e}",
-            f"{row.allowed:.0e}",
-        ]
-        for row in result.itertuples()
-    ]
+    rows = []
+    for row in result.itertuples():
+        words = map(tex, (row.case, row.expected, row.observed))
+        rows.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}"])
     return plain_table(
         ["Case", "Asked", "Observed", "Error", "Allowed"],
         rows,

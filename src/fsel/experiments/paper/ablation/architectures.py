@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import torch
 from torch import nn
@@ -20,7 +21,7 @@ CELLS = {"lstm": nn.LSTM, "gru": nn.GRU, "rnn": nn.RNN}
 SPAN = 5  # frames that a convolution sees at once
 DILATIONS = (1, 2, 4)
 HEADS = 4
-WAVELENGTHS = 10_000.0  # of the longest of the positional encoding (Vaswani et al. 2017)
+WAVELENGTHS = 10_000.0  # of the longest of the positional encoding
 OWN = positions((*CONDITIONED, SHARPNESS)).tolist()
 RELATIONS = 3
 
@@ -45,11 +46,7 @@ class Steps:
     views: torch.Tensor
 
     def before(self, values: torch.Tensor) -> torch.Tensor:
-        """(K, ...) what was picked one step before: zero at the first, then `values` of the picks.
-
-        Args:
-            values: (K, n, ...) of every row at every step.
-        """
+        """(K, ...) `values` (K, n, ...) of the pick one step before; zero at the first."""
         taken = values[torch.arange(len(self.picks)), self.picks]
         return torch.cat([torch.zeros_like(taken[:1]), taken[:-1]])
 
@@ -73,10 +70,7 @@ class Residual(nn.Module):
         self.first = nn.Linear(INPUTS, WIDTH)
         self.blocks = nn.ModuleList(
             nn.Sequential(
-                nn.LayerNorm(WIDTH),
-                nn.Linear(WIDTH, WIDTH),
-                nn.GELU(),
-                nn.Linear(WIDTH, WIDTH),
+                nn.LayerNorm(WIDTH), nn.Linear(WIDTH, WIDTH), nn.GELU(), nn.Linear(WIDTH, WIDTH)
             )
             for _ in range(blocks)
         )
@@ -162,7 +156,10 @@ class SelfAttention(nn.Module):
     def forward(self, steps: Steps) -> torch.Tensor:
         hidden = self.embedding(steps.features)
         if self.order:
-            hidden = hidden + place_encoding(hidden.shape[1])
+            # sinusoidal encoding of the place in capture order (Vaswani et al. 2017)
+            rate = torch.exp(-math.log(WAVELENGTHS) * torch.arange(0, WIDTH, 2) / WIDTH)
+            angle = torch.arange(hidden.shape[1])[:, None] * rate
+            hidden = hidden + torch.stack([angle.sin(), angle.cos()], dim=-1).flatten(1)
         hidden = self.encoder(hidden, src_key_padding_mask=~steps.selectable)
         return self.head(hidden).squeeze(-1)
 
@@ -201,13 +198,6 @@ def encoder(layers: int) -> nn.TransformerEncoder:
         norm_first=True,
     )
     return nn.TransformerEncoder(layer, layers, enable_nested_tensor=False)
-
-
-def place_encoding(count: int) -> torch.Tensor:
-    """(count, 64) sinusoidal encoding of the place in capture order (Vaswani et al. 2017)."""
-    rate = torch.exp(-math.log(WAVELENGTHS) * torch.arange(0, WIDTH, 2) / WIDTH)
-    angle = torch.arange(count)[:, None] * rate
-    return torch.stack([angle.sin(), angle.cos()], dim=-1).flatten(1)
 
 
 class Sequential(nn.Module):
@@ -262,11 +252,9 @@ class Convolution(nn.Module):
         super().__init__()
         widths = [INPUTS, *[WIDTH] * len(DILATIONS)]
         parts = []
-        for i, dilation in enumerate(DILATIONS):
-            parts += [
-                nn.Conv1d(widths[i], widths[i + 1], SPAN, padding="same", dilation=dilation),
-                nn.GELU(),
-            ]
+        for (given, made), dilation in zip(pairwise(widths), DILATIONS, strict=True):
+            layer = nn.Conv1d(given, made, SPAN, padding="same", dilation=dilation)
+            parts += [layer, nn.GELU()]
         self.layers = nn.Sequential(*parts, nn.Conv1d(WIDTH, 1, 1))
 
     def forward(self, steps: Steps) -> torch.Tensor:

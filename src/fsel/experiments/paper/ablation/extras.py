@@ -114,27 +114,22 @@ def set_aware(scene: Relations, picked: Sequence[int]) -> np.ndarray:
     """(n, 3) what a frame would add to the selected ones; zero before the first.
 
     The share of proxies that it would be the closest selected frame of; the gain of the
-    log-determinant of the likenesses; the distance to the second-nearest selected frame, zero
-    while there is but one.
+    log-determinant of the likenesses (log of its Schur complement); the distance to the
+    second-nearest selected frame, zero while there is but one.
     """
     columns = np.zeros((len(scene.centers), 3))
     if not len(picked):
         return columns
     columns[:, 0] = (scene.distance < scene.distance[picked].min(axis=0)).mean(axis=1)
-    columns[:, 1] = _gain(scene.descriptors, picked)
+    kernel = np.einsum("nd,sd->sn", scene.descriptors, scene.descriptors[picked])
+    among = kernel[:, picked] + KERNEL_JITTER * np.eye(len(picked))
+    known = np.einsum("sn,sn->n", kernel, np.linalg.solve(among, kernel))
+    own = np.einsum("nd,nd->n", scene.descriptors, scene.descriptors)
+    columns[:, 1] = np.log(np.maximum(own + KERNEL_JITTER - known, KERNEL_JITTER))
     if len(picked) > 1:
         gaps = pairwise_distances(scene.centers, scene.centers[picked])
         columns[:, 2] = np.partition(gaps, 1, axis=1)[:, 1]
     return columns
-
-
-def _gain(descriptors: np.ndarray, picked: Sequence[int]) -> np.ndarray:
-    """(n,) log of the Schur complement of each frame in the kernel of the picks and itself."""
-    kernel = np.einsum("nd,sd->sn", descriptors, descriptors[picked])
-    among = kernel[:, picked] + KERNEL_JITTER * np.eye(len(picked))
-    known = np.einsum("sn,sn->n", kernel, np.linalg.solve(among, kernel))
-    own = np.einsum("nd,nd->n", descriptors, descriptors)
-    return np.log(np.maximum(own + KERNEL_JITTER - known, KERNEL_JITTER))
 
 
 def over_scene(raw: np.ndarray, selectable: np.ndarray) -> np.ndarray:
@@ -178,10 +173,7 @@ EXTRAS = {
     "worst_case": Extra("worst-case terms", worst_case, over_scene),
     "capture_context": Extra("capture context", capture_context, as_they_are),
     "rank_normalised": Extra(
-        "rank-normalized",
-        rank_normalised,
-        as_they_are,
-        ("d_min_o", "d_mean_o", "gamma_mean_o"),
+        "rank-normalized", rank_normalised, as_they_are, ("d_min_o", "d_mean_o", "gamma_mean_o")
     ),
     "soft_aggregates": Extra("soft aggregates", soft_aggregates, over_scene),
     "mean_redundancy": Extra("mean redundancy", mean_redundancy, over_step),

@@ -97,8 +97,7 @@ def scorer_arch(
     """Tabulate PSNR of every scorer minus ours (paper, "Scorer-architecture comparison").
 
     Args:
-        evaluations, trials, table, numbers, scenes, facts: as in `feature_sweep`.
-        labels: name -> how to print it, in the table's order.
+        labels: name -> how to print it, in the table's order; others as in `feature_sweep`.
     """
     every = dict(zip(labels, trials, strict=True))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, OURS)
@@ -108,10 +107,9 @@ def scorer_arch(
         f"trajectories and features. {_protocol(result, OURS, facts)} Rows are in the paper's "
         "order."
     )
-    changes = _changes(result, OURS)
     rows = [
         [tex(labels[row.method]), f"{row.parameters:,}", change]
-        for row, change in zip(result.itertuples(), changes, strict=True)
+        for row, change in zip(result.itertuples(), _changes(result, OURS), strict=True)
     ]
     head = ["Scorer", "Parameters", r"$\Delta$PSNR (dB) $\uparrow$"]
     write_text(plain_table(head, rows, caption=text, label="tab:scorer_arch"), table)
@@ -121,13 +119,12 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
     """Compare every trial with a reference.
 
     Args:
-        cells: of `fsel.experiments.cells.cells_of`.
+        cells: see `fsel.experiments.cells.cells_of`.
         trials: name -> what `trials.trial_case` wrote, in order.
-        reference: name of a trial.
 
     Returns:
-        method, k, mean, difference, difference_low, difference_high (NaN for the reference
-        itself), parameters, loss, agreement (means over seeds), seeds, draws, n (scenes).
+        method, k, mean, difference, difference_low, difference_high (NaN for the reference itself),
+        parameters, loss, agreement (means over seeds), seeds, draws, n (scenes).
     """
     result = against(cells.assign(dataset=VALIDATION), reference)
     result["draws"] = cells.groupby("method")["draw"].nunique()

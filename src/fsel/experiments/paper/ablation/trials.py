@@ -115,7 +115,6 @@ def trial_case(
         case: what to train, see `TrialCase`.
         scenes: names of the labelled scenes.
         problems: `dataset/scene/draw0` of each of `validation_splits`.
-        seeds, epochs, learning_rate: of the training.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 
@@ -158,7 +157,7 @@ def training_steps(
         for row in part:
             picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
             arrays = (*follow(case.rollout(prepared, scene), picks), picks)
-            features, selectable, rows = (torch.from_numpy(array) for array in arrays)
+            features, selectable, rows = map(torch.from_numpy, arrays)
             data.append((Steps(features, selectable, rows, views), row["weight"]))
     return data
 

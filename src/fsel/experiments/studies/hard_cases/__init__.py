@@ -7,8 +7,7 @@ run the same ones: `fsel.experiments.studies.stability.CASES`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,32 +51,22 @@ class Case:
     run: Callable[[], CaseOutcome]
 
 
-@contextmanager
-def strict() -> Iterator[None]:
-    """Raise for every warning, overflow, division by zero and invalid operation.
-
-    Underflow does not: the exponential of a large negative number is zero to all digits.
-    """
-    with warnings.catch_warnings(), np.errstate(divide="raise", over="raise", invalid="raise"):
-        warnings.simplefilter("error")
-        yield
-
-
 def observe(case: Case) -> CaseOutcome:
-    """Run a case under `strict`; what it raises is its finding, with an infinite error."""
+    """Run a case; what it raises is its finding, with an infinite error.
+
+    Every warning, overflow, division by zero and invalid operation is raised, but no underflow: the
+    exponential of a large negative number is zero to all digits.
+    """
     try:
-        with strict():
+        with warnings.catch_warnings(), np.errstate(divide="raise", over="raise", invalid="raise"):
+            warnings.simplefilter("error")
             return case.run()
     except (ArithmeticError, RuntimeError, ValueError, Warning) as fault:
         return CaseOutcome(f"{type(fault).__name__}: {fault}", np.inf, 0.0)
 
 
 def finite(*arrays: np.ndarray) -> None:
-    """Refuse a NaN or an infinity, which compiled code makes silently.
-
-    Raises:
-        FloatingPointError: with how many there are.
-    """
+    """Raise FloatingPointError for a NaN or an infinity, which compiled code makes silently."""
     for array in arrays:
         bad = np.size(array) - int(np.isfinite(array).sum())
         if bad:

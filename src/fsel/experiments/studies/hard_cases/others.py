@@ -44,12 +44,8 @@ def blank(level: int) -> CaseOutcome:
     scores = score_views((images / np.float32(255)).astype(np.float32), images)
     finite(sharp, described, scores)
     length = np.linalg.norm(described.astype(np.float64), axis=1)
-    error = max(
-        np.abs(sharp).max(),
-        np.abs(length - (level > 0)).max(),
-        np.abs(scores[:, 1] - 1).max(),
-        np.abs(scores[:, 2]).max(),
-    )
+    off = (sharp, length - (level > 0), scores[:, 1] - 1, scores[:, 2])
+    error = max(np.abs(values).max() for values in off)
     told = f"sharpness {sharp[0]:.2g}; descriptor {length[0]:.6f}; PSNR {scores[0, 0]:.1f} dB"
     return CaseOutcome(told, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
 
@@ -110,9 +106,8 @@ def far_metric() -> CaseOutcome:
     got = fitness(metrics)
     finite(got)
     exact = np.array([0.0, (1 / (1e12 - 20) + 1) / 3, (1 + 0.5) / 3])
-    return CaseOutcome(
-        f"fitness {np.round(got, 6).tolist()}", float(np.abs(got - exact).max()), 1e-12
-    )
+    error = float(np.abs(got - exact).max())
+    return CaseOutcome(f"fitness {np.round(got, 6).tolist()}", error, 1e-12)
 
 
 def equal_distances() -> CaseOutcome:
@@ -164,24 +159,22 @@ def wall(depth: float, odd: float | None = None) -> Capture:
     xyz = np.column_stack([rng.uniform(-1, 1, (count, 2)) * depth / 3, np.full(count, depth)])
     if odd is not None:
         xyz[::SHARE] *= odd / depth
+    tracks = np.tile(np.arange(count), n), np.repeat(np.arange(n), count)
     return Capture(
         names=tuple(f"{i:02d}" for i in range(n)),
         world_to_camera=worlds.poses(place, np.tile([0.0, 0.0, 1.0], (n, 1))),
         intrinsics=np.tile(camera, (n, 1)),
         images=worlds.paint(seen),
         sequences=("a",) * n,
-        points=SparsePoints(
-            xyz,
-            np.zeros((count, 3), np.uint8),
-            np.tile(np.arange(count), n),
-            np.repeat(np.arange(n), count),
-        ),
+        points=SparsePoints(xyz, np.zeros((count, 3), np.uint8), *tracks),
     )
 
 
 def measure_quality(capture: Capture) -> tuple[float, float]:
-    """PSNR in dB of every fourth frame from the others, and the splats' median depth error,
-    relative, the plane being at the farthest of the most common depths."""
+    """PSNR in dB of every fourth frame from the others, and the median depth error of splats.
+
+    The plane is at the median depth of the points.
+    """
     held = np.arange(1, len(capture), 4)
     frames = np.setdiff1d(np.arange(len(capture)), held)
     position = Splats(capture).fit(frames).positions
@@ -209,7 +202,7 @@ def turned_about() -> CaseOutcome:
         names=(*first.names, *(f"b{name}" for name in first.names)),
         world_to_camera=np.concatenate([first.world_to_camera, second]),
         intrinsics=np.tile(first.intrinsics, (2, 1)),
-        images=np.concatenate([first.images, first.images]),
+        images=np.tile(first.images, (2, 1, 1, 1)),
         sequences=first.sequences * 2,
         points=None,
     )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -156,9 +154,8 @@ def parallel(sign: float) -> Problem:
     """Axes along one line to the last bit, in alternating sense for a sign of -1."""
     centers, noise = cloud()
     axis = np.array([0.48, 0.6, 0.64])
-    return at(
-        centers, axis * np.where(np.arange(len(centers)) % 2, sign, 1.0)[:, None] + 2e-16 * noise
-    )
+    sense = np.where(np.arange(len(centers)) % 2, sign, 1.0)[:, None]
+    return at(centers, axis * sense + 2e-16 * noise)
 
 
 def proxy_on_candidate() -> Problem:
@@ -195,13 +192,15 @@ def nothing_in_common() -> Problem:
     return at(1000 * ahead, ahead)
 
 
-def changed(**columns: Callable[[np.ndarray], np.ndarray]) -> Problem:
-    """The ordinary problem with other values in some of its fields."""
+def equally_sharp() -> Problem:
+    """The ordinary problem with one sharpness for all frames."""
     problem = world()
-    fields: dict[str, Any] = {name: of(getattr(problem, name)) for name, of in columns.items()}
-    return replace(problem, **fields)
+    return replace(problem, sharpness=np.full_like(problem.sharpness, 0.1))
 
 
-def outlier(values: np.ndarray) -> np.ndarray:
-    """The values with one candidate's at 1e12."""
-    return np.where(np.arange(len(values)) == world().candidates[7], 1e12, values)
+def one_sharp() -> Problem:
+    """The ordinary problem with the sharpness of one candidate at 1e12."""
+    problem = world()
+    sharpness = problem.sharpness.copy()
+    sharpness[problem.candidates[7]] = 1e12
+    return replace(problem, sharpness=sharpness)

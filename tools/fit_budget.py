@@ -1,10 +1,10 @@
-"""Fit what `-k auto` predicts by to reconstructions of training scenes."""
+"""Fit what `-k auto` predicts by to reconstructions of training scenes, for two rules."""
 
 from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -86,7 +86,11 @@ def fit_budget(curves: Files, record: File, *, scenes: Sequence[str], config: st
         record: receives `worth` and its provenance, as JSON.
         scenes: `dataset/scene` of each.
     """
-    every = pd.concat(_of_scenes(scenes, curves))
+    tables = []
+    for name, path in zip(scenes, curves, strict=True):
+        dataset, scene = name.split("/")
+        tables.append(read_table(path).assign(dataset=dataset, scene=scene))
+    every = pd.concat(tables)
     worth = fit_worth(every)
     count = len(every.drop_duplicates(["dataset", *CURVE]))
     made = f"least squares on {count} curves of PSNR against K of {len(scenes)} scenes"
@@ -98,9 +102,3 @@ def fit_budget(curves: Files, record: File, *, scenes: Sequence[str], config: st
     }
     write_text(json.dumps(content, indent=2) + "\n", record)
     logger.info("%s: %s", made, worth)
-
-
-def _of_scenes(scenes: Sequence[str], curves: Files) -> Iterator[pd.DataFrame]:
-    for name, path in zip(scenes, curves, strict=True):
-        dataset, scene = name.split("/")
-        yield read_table(path).assign(dataset=dataset, scene=scene)

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from described_scene import write_scene
 
+from fit_budget import COUNTS, SHIFTS, budget_curves, fit_budget, fit_worth
 from fsel.selection.budget import predicted
 from fsel.selectors.pretrained import FILES, FOLDER
-from fsel.stages.fit_budget import COUNTS, SHIFTS, budget_curves, fit_budget, fit_worth
 
 WORTH = np.array([4.0, 2.0, 1.0])
 
