@@ -8,7 +8,7 @@ import pytest
 import yaml
 from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
 
-from fsel.evaluation import captions
+from fsel.evaluation import latex
 from fsel.workflow import inputs, scenes
 from fsel.workflow.refusal import Refusal
 
@@ -120,7 +120,7 @@ def test_gmsd_stands_in_the_place_of_lpips_and_captions_say_so():
     without = replace(made, without_lpips="no network")
     assert without.metrics == {"psnr": {}, "gmsd": {}}
     assert list(without.fitness) == ["psnr", "ssim", "gmsd"]
-    for text in (captions.made_by(without.facts()), captions.note(without.facts())):
+    for text in (latex.made_by(without.facts()), latex.note(without.facts())):
         assert "GMSD in the place of LPIPS" in text
 
 

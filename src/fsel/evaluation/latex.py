@@ -1,4 +1,4 @@
-"""The budget sweep as a LaTeX table in the form of the paper's (Appendix E.1).
+"""LaTeX tables, such as the paper's of the budget sweep (Appendix E.1), and what captions tell.
 
 The document needs `booktabs` and `graphicx`.
 """
@@ -15,6 +15,7 @@ from fsel.evaluation.summary import ALL_FRAMES
 from fsel.metrics import REGISTERED
 
 MISSING = "--"
+STAND_IN = "GMSD in the place of LPIPS, whose weights could not be fetched"
 BLOCKS = 3  # of two datasets each, on a page
 APART = r"\setlength{\belowcaptionskip}{4pt}"  # a table follows its caption; LaTeX leaves no room
 # to the page where it is wider, never enlarged
@@ -132,31 +133,6 @@ def plain_table(
     return "\n".join(lines)
 
 
-def dataset_table(
-    texts: Mapping[tuple[str, int], str],
-    counts: Mapping[str, int],
-    datasets: Mapping[str, str],
-    budgets: Sequence[int],
-    *,
-    caption: str,
-    label: str,
-) -> str:
-    """Write a table in LaTeX with a row a dataset and a column a budget.
-
-    Args:
-        texts: (dataset, budget) -> cell.
-        counts: dataset -> its scenes.
-        datasets: name -> printed label, in order.
-        caption, label: see `plain_table`.
-    """
-    head = ["Dataset", "$n$", *(f"$K{{=}}{k}$" for k in budgets)]
-    rows = [
-        [tex(title), str(counts[name]), *(texts[name, k] for k in budgets)]
-        for name, title in datasets.items()
-    ]
-    return plain_table(head, rows, caption=caption, label=label)
-
-
 class _Sheet:
     """Formats cells of one summary."""
 
@@ -219,3 +195,58 @@ class _Sheet:
         values = [value for value in column if np.isfinite(value)]
         best = max if self.higher_is_better[metric] else min
         return number(best(values), metric) if values else None
+
+
+def captures_of(facts: Mapping) -> str:
+    """Say where the captures come from, in LaTeX.
+
+    Args:
+        facts: embedded, real and missing (labels of datasets that are generated, read from disk,
+            and not there), and without_lpips, where GMSD stands in its place; the last two may
+            lack.
+    """
+    captures = []
+    if facts["embedded"]:
+        names = tex(", ".join(facts["embedded"]))
+        captures.append(
+            f"generated stand-ins that imitate how each corpus is filmed ({names}), "
+            "not the corpora themselves"
+        )
+    if facts["real"]:
+        captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
+    if facts.get("missing"):
+        captures.append(f"missing, since not on disk: {tex(', '.join(facts['missing']))}")
+    if facts.get("without_lpips"):
+        captures.append(STAND_IN)
+    return "; ".join(captures)
+
+
+def made_by(facts: Mapping) -> str:
+    """Say which captures, reconstructor and appearance descriptor made the numbers, in LaTeX.
+
+    Args:
+        facts: as in `captures_of`, and reconstructor, long_side, descriptor.
+    """
+    return (
+        f"Captures: {captures_of(facts)}. Reconstructor: {printed(facts)}; appearance "
+        rf"descriptor: \texttt{{{tex(facts['descriptor'])}}}."
+    )
+
+
+def printed(reconstruction: Mapping) -> str:
+    """Name a `reconstructor` and its image size, `long_side` in pixels, in LaTeX."""
+    name = tex(reconstruction["reconstructor"])
+    return rf"\texttt{{{name}}} at {reconstruction['long_side']} pixels"
+
+
+def note(facts: Mapping) -> str:
+    """Say in one plain line which captures and reconstructor made a figure; see `made_by`."""
+    embedded, real = (", ".join(facts[key]) for key in ("embedded", "real"))
+    captures = [f"generated stand-ins for {embedded}"] if embedded else []
+    captures += [f"{real}, read from disk"] if real else []
+    if facts.get("missing"):
+        captures.append(f"missing: {', '.join(facts['missing'])}")
+    if facts.get("without_lpips"):
+        captures.append(STAND_IN)
+    where = f"{facts['reconstructor']} at {facts['long_side']} pixels"
+    return f"Captures: {'; '.join(captures)}. Reconstructor: {where}"

@@ -82,7 +82,10 @@ class _Part:
         self._values = dict(zip(self.columns, wide.to_numpy().T, strict=True))
         self._seeds: dict[Column, np.ndarray] = {}
         self._weights: dict[bytes, np.ndarray] = {}  # by the rows that a column has
-        self.ended = _outcomes(cells)
+        self.ended: dict[tuple[str, int], str] = {}  # method, budget -> why it did not finish
+        if OUTCOME in cells:
+            rows = cells[cells[OUTCOME].fillna(FINISHED) != FINISHED]
+            self.ended = {(row.method, row.k): row.outcome for row in rows.itertuples()}
         for method in trained if "seed" in cells else ():
             own = cells[cells["method"] == method]
             parted = own.pivot(index=keys, columns=["k", "seed"], values=list(metrics))
@@ -123,14 +126,6 @@ class _Part:
         places = self.places[known]
         belongs = (np.unique(places)[:, None] == places).astype(float)
         return belongs / belongs.sum(axis=1, keepdims=True)
-
-
-def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
-    """Return the outcomes of methods and budgets with a reconstruction that did not finish."""
-    if OUTCOME not in cells:
-        return {}
-    rows = cells[cells[OUTCOME].fillna(FINISHED) != FINISHED]
-    return {(row.method, row.k): row.outcome for row in rows.itertuples()}
 
 
 def summarise(

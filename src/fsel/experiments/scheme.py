@@ -1,4 +1,4 @@
-"""Trials of an experiment, every method's picks for them, and what those are worth."""
+"""Trials of an experiment, every method's picks for them, what those are worth, and its tables."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import evaluators
+from fsel.evaluation.latex import bold_if, number
 from fsel.evaluation.measuring import (
     PICK_UNITS,
     SELECTION,
@@ -27,10 +28,17 @@ from fsel.evaluation.measuring import (
     runs,
     select,
 )
+from fsel.evaluation.summary import differences, draw_means, leaders, summarise
+from fsel.evaluation.sweep import place_of
 from fsel.metrics import Metrics
 from fsel.selectors.baselines import METHODS
 
 logger = logging.getLogger(__name__)
+
+Scenes = Sequence[tuple[str, str]]
+"""Dataset and scene of each."""
+KEYS = ["dataset", "method", "k", "metric"]
+GAP = ["difference", "difference_low", "difference_high"]
 
 
 @dataclass(frozen=True)
@@ -158,3 +166,76 @@ class Trials:
         loaded = [Capture.load(folder) for folder in folders]
         drawn = [[Split.load(path) for path in splits]] if splits else []
         return self.of(*loaded, *drawn, **settings)
+
+
+def cells_of(
+    scenes: Scenes,
+    evaluations: Files,
+    metrics: Metrics,
+    facts: Mapping,
+    by: Sequence[str] = ("draw",),
+) -> pd.DataFrame:
+    """Return a row for each trial, method and budget: means over targets, then over seeds.
+
+    Args:
+        facts: see `fsel.evaluation.sweep.place_of`.
+        by: columns of the trials.
+
+    Returns:
+        method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
+    """
+    tables = []
+    for (dataset, scene), path in zip(scenes, evaluations, strict=True):
+        name = f"{dataset}/{scene}"
+        where = {"dataset": dataset, "scene": name, "place": place_of(name, facts)}
+        for key, part in read_table(path).groupby(list(by)):
+            columns = where | dict(zip(by, key, strict=True))
+            tables.append(draw_means(part, metrics).assign(**columns))
+    return pd.concat(tables, ignore_index=True)
+
+
+def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) -> pd.DataFrame:
+    """Return the means of `summarise`, and `leads`: one of some methods is ahead of every other.
+
+    It is ahead where each paired 95 % interval excludes zero.
+    """
+    means = summarise(cells, metrics)
+    gaps = differences(cells, methods, metrics)
+    ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
+    keys = zip(*(means[key] for key in KEYS), strict=True)
+    return means.assign(leads=[key in ahead for key in keys])
+
+
+def against(cells: pd.DataFrame, reference: str) -> pd.DataFrame:
+    """Return every method's mean PSNR at one budget, and its paired difference to a reference.
+
+    Returns:
+        k, mean, ci_low, ci_high, n, and `GAP` (NaN for the reference itself) by method.
+    """
+    gaps = differences(cells, cells["method"].unique().tolist(), ["psnr"])
+    gaps = gaps[gaps["reference"] == reference].set_index("method")[["mean", "ci_low", "ci_high"]]
+    gaps.columns = pd.Index(GAP)
+    return summarise(cells, ["psnr"]).set_index("method").join(gaps)
+
+
+def led_rows(
+    means: pd.DataFrame,
+    labels: Mapping[str, str],
+    columns: Sequence[tuple[str, int]],
+    metrics: Metrics,
+) -> list[list[str]]:
+    """Return a row for each method: its label, then a cell for each dataset, budget and metric.
+
+    Args:
+        means: see `with_leads`.
+        labels: method -> label, in order.
+        columns: dataset and budget of each group of cells.
+    """
+    values = means.set_index(KEYS)
+    cells = [(dataset, k, metric) for dataset, k in columns for metric in metrics]
+    rows = []
+    for name, label in labels.items():
+        found = [(values.loc[(dataset, name, k, metric)], metric) for dataset, k, metric in cells]
+        texts = [bold_if(row["leads"], number(row["mean"], metric)) for row, metric in found]
+        rows.append([label, *texts])
+    return rows

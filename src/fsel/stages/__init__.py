@@ -13,7 +13,7 @@ Jobs of stages and of experiments name what they share alike; a docstring tells 
 - `budgets`, `k`: frames to pick; `draws`: of targets; `seed`, `seeds`: of the scene, of its draws.
 - `reconstruction`, `appearance`, `search`, `auto`: sections of the configuration; `metrics`: names,
   or name -> settings, in a cell's order; `facts`: what a caption tells, see
-  `fsel.evaluation.captions`.
+  `fsel.evaluation.latex`.
 - `config`: digest of the parameters, which tables carry; `inputs`: files that evaluations depend
 on.
 """

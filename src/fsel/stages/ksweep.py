@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from fsel.core.files import File, Files, write_text
 from fsel.core.problem import MOST_FRAMES
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import sweep_table, tex
+from fsel.evaluation.latex import made_by, sweep_table, tex
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.summary import summarise, with_all_datasets, write_csv
 from fsel.evaluation.sweep import BASELINES, LEARNED, row_groups, sweep_cells, with_all_label

@@ -9,16 +9,16 @@ from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
 from fsel.core.capture import Capture, Views
-from fsel.evaluation.speed import gaps
 from fsel.experiments.studies.bench import (
     BenchCase,
     depth_error,
     rendered_inverse_depth,
+    speed_settings,
     true_depth,
 )
 from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.studies.speed_error import progress, speed_error, speed_settings
+from fsel.experiments.studies.speed_error import gaps, progress, speed_error
 from fsel.metrics import METRICS
 from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import SplatModel

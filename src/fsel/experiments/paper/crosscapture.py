@@ -12,13 +12,11 @@ from fsel.core.files import File, Files, write_text
 from fsel.core.geometry import pose_distance
 from fsel.core.names import name_seed
 from fsel.core.split import Split
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import plain_table
+from fsel.evaluation.latex import made_by, plain_table
 from fsel.evaluation.measuring import RngFactory, Run
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, LEARNED
-from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
-from fsel.experiments.scheme import ExperimentCase, Trials
+from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of, led_rows, with_leads
 from fsel.metrics import Metrics, headings
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover")

@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import MISSING, difference, number, plain_table
+from fsel.evaluation.latex import MISSING, difference, made_by, number, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import sweep_cells
-from fsel.experiments.cells import GAP, Scenes, against
-from fsel.experiments.scheme import Trials, every_draw
+from fsel.experiments.scheme import GAP, Scenes, Trials, against, every_draw
 
 SEARCH = "search"
 PROBLEM = ["dataset", "scene", "draw"]

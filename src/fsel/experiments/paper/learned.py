@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from fsel.core.files import File, Files, write_text
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import MISSING, dataset_table, difference
+from fsel.evaluation.latex import MISSING, difference, made_by, plain_table, tex
 from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise, write_csv
 from fsel.evaluation.sweep import BASELINES, sweep_cells
 
@@ -101,7 +100,12 @@ def _write(
     table: File,
     numbers: File,
 ) -> None:
-    """Write values by dataset and budget; `shown` are both, with the datasets' labels."""
+    """Write values, a row a dataset and a column a budget; `shown` are both, with labels."""
     write_csv(values, numbers)
-    counts = values.groupby("dataset")["n"].first()
-    write_text(dataset_table(texts, counts, *shown, caption=caption, label=label), table)
+    (datasets, budgets), counts = shown, values.groupby("dataset")["n"].first()
+    rows = [
+        [tex(title), str(counts[name]), *(texts[name, k] for k in budgets)]
+        for name, title in datasets.items()
+    ]
+    head = ["Dataset", "$n$", *(f"$K{{=}}{k}$" for k in budgets)]
+    write_text(plain_table(head, rows, caption=caption, label=label), table)

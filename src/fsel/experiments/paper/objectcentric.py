@@ -12,14 +12,12 @@ from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.problem import Problem
 from fsel.core.split import Split, evaluation_split
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import plain_table, tex
+from fsel.evaluation.latex import made_by, plain_table, tex
 from fsel.evaluation.measuring import rng_by_draw
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS
-from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
-from fsel.experiments.scheme import ExperimentCase, Trials
+from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of, led_rows, with_leads
 from fsel.metrics import Metrics, headings, inside
 from fsel.selection.focus import from_capture
 

@@ -124,10 +124,7 @@ def draw_views(
         cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
         columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
-        held_out = pd.DataFrame({"role": "target", "frame": targets})
-        held_out[list(METRICS)] = scores
-        table = pd.concat([held_out, pd.DataFrame({"role": "selected", "frame": frames})])
-        table[["x", "y"]] = places[table["frame"]]
+        table = _cameras(frames, targets, scores, places)
         tables.append(table.assign(method=method, k=len(frames), seconds=seconds))
     told = ["method", "k", "seconds", "role", "frame", "x", "y", *METRICS]
     write_csv(pd.concat(tables)[told], numbers)
@@ -145,6 +142,16 @@ def draw_views(
 def spaced(count: int, views: int) -> np.ndarray:
     """(views,) evenly spaced numbers below `count`, ends included; one is the middle one."""
     return np.array([count // 2]) if views == 1 else evenly(count, views)
+
+
+def _cameras(
+    frames: np.ndarray, targets: np.ndarray, scores: np.ndarray, places: np.ndarray
+) -> pd.DataFrame:
+    held_out = pd.DataFrame({"role": "target", "frame": targets})
+    held_out[list(METRICS)] = scores
+    table = pd.concat([held_out, pd.DataFrame({"role": "selected", "frame": frames})])
+    table[["x", "y"]] = places[table["frame"]]
+    return table
 
 
 def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:

@@ -11,7 +11,6 @@ import pandas as pd
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_table
 from fsel.core.split import Split
-from fsel.evaluation.captions import note
 from fsel.evaluation.figures import (
     COLORS,
     TEXT,
@@ -22,6 +21,7 @@ from fsel.evaluation.figures import (
     plan_positions,
     save,
 )
+from fsel.evaluation.latex import note
 from fsel.evaluation.summary import write_csv
 from fsel.training.search import fittest_so_far
 

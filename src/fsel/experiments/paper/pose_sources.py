@@ -13,12 +13,10 @@ from fsel.captures.read import read_folder
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.split import evaluation_split
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import difference, number, plain_table, tex
+from fsel.evaluation.latex import difference, made_by, number, plain_table, tex
 from fsel.evaluation.measuring import rng_by_draw
 from fsel.evaluation.summary import differences, summarise, write_csv
-from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.scheme import ExperimentCase, Trials
+from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of
 from fsel.metrics import Metrics, headings
 from fsel.selection.frames import frames_of
 from fsel.selectors.baselines import FURTHER, PAPER

@@ -9,8 +9,7 @@ import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.split import Split
-from fsel.evaluation.captions import captures_of, printed
-from fsel.evaluation.latex import number, plain_table, tex
+from fsel.evaluation.latex import captures_of, number, plain_table, printed, tex
 from fsel.evaluation.summary import ALL_FRAMES, write_csv
 from fsel.experiments.paper.time_quality import UNITS, cost_means, costs_alone
 from fsel.experiments.paper.transfer import of_each

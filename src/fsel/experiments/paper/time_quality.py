@@ -16,13 +16,11 @@ from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.problem import Problem
 from fsel.core.programs import FINISHED, Unfinished
 from fsel.core.split import Split
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import MISSING, bold_if, number, plain_table
+from fsel.evaluation.latex import MISSING, bold_if, made_by, number, plain_table
 from fsel.evaluation.measuring import learned_runs, picks_at, rng_by_name
 from fsel.evaluation.summary import ALL_FRAMES, differences, summarise, write_csv
 from fsel.evaluation.sweep import sweep_cells
-from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.scheme import Trials, every_draw
+from fsel.experiments.scheme import Scenes, Trials, cells_of, every_draw
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
 from fsel.metrics import Metrics

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, Files, write_text
-from fsel.evaluation.captions import captures_of, printed
-from fsel.evaluation.latex import difference, number, plain_table
+from fsel.evaluation.latex import captures_of, difference, number, plain_table, printed
 from fsel.evaluation.summary import OUTCOME, summarise, write_csv
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.sweep import LABELS, sweep_cells

@@ -10,7 +10,7 @@ import pandas as pd
 
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_table
-from fsel.evaluation.captions import note
+from fsel.evaluation.latex import note
 from fsel.experiments.paper.pictures import VIEWED, draw_views
 from fsel.selection.frames import frames_of
 

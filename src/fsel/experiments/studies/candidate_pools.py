@@ -13,13 +13,11 @@ from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.problem import Problem
 from fsel.core.split import Split
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import difference, number, plain_table
+from fsel.evaluation.latex import difference, made_by, number, plain_table
 from fsel.evaluation.measuring import Run, rng_by_name, runs
 from fsel.evaluation.summary import differences, summarise, write_csv
 from fsel.evaluation.sweep import LABELS
-from fsel.experiments.cells import Scenes, cells_of
-from fsel.experiments.scheme import ExperimentCase, Trials
+from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of
 from fsel.selectors.baselines import METHODS, PAPER
 from fsel.selectors.policies import POLICIES, ScoringMethod
 

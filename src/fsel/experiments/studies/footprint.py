@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import re
 import resource
 import signal
 import subprocess
@@ -103,7 +104,8 @@ def footprint(
     ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
     gpu = needs_gpu(reconstruction)
     if memory is not None and not gpu:  # drivers of GPUs map far more than they use
-        most = 1024 * _kilobytes("VmData") + memory
+        (held,) = re.findall(r"^VmData:\s*(\d+)", STATUS.read_text(), re.MULTILINE)
+        most = 1024 * int(held) + memory
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     peak = Peak()
     rendered, model, *seconds = fit_and_render(reconstructor, chosen, views, gpu)
@@ -143,11 +145,6 @@ def _clock(gpu: bool) -> float:
         return time.perf_counter()
     others = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + others.ru_utime + others.ru_stime
-
-
-def _kilobytes(field: str) -> int:
-    line = next(line for line in STATUS.read_text().splitlines() if line.startswith(field + ":"))
-    return int(line.split()[1])
 
 
 if __name__ == "__main__":

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
-from fsel.evaluation import speed
+from fsel.evaluation.figures import COLORS, MARKERS, TEXT, name_axes, new_figure, save, style
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.summary import write_csv
-from fsel.evaluation.sweep import LABELS, sweep_cells
-from fsel.experiments.studies.bench import benches, measure_cold, measure_model, measure_splats
-from fsel.reconstruct.splats import SplatSettings
+from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
+from fsel.selectors.policies import POLICIES
 from fsel.training.search import fittest_so_far
 
-logger = logging.getLogger(__name__)
-
+SEARCHES = {
+    "search": "genetic search, evaluation scenes",
+    "random_search": "random search, evaluation scenes",
+    "labels": "genetic search, labels",
+}
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
-PLANES = (8, 16, 32, 64, 96)
-PARTNERS = (1, 2, 3, 4)
-OPACITY = (0.0, 0.1, 0.25, 0.4, 0.6)
-RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
 
 
 def speed_error(
@@ -54,13 +50,13 @@ def speed_error(
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
     cells = sweep_cells([*problems, *problems], [*evaluations, *oracles], facts={})
-    methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
+    methods = gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})
     curves = progress(subsets, labels)
     timed_k, pool = timed[["k", "pool"]].iloc[0]
     selected = f"{timed_k} of {pool} frames"
-    speed.draw(methods, swept, curves, figures, selected=selected, k=k)
+    draw(methods, swept, curves, figures, selected=selected, k=k)
     every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
     write_csv(every, numbers)
@@ -78,7 +74,7 @@ def progress(subsets: Files, labels: Files) -> pd.DataFrame:
         search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
         subset of the genetic search at its end minus that of the fittest after so many evaluations.
     """
-    curves: dict[str, list[pd.DataFrame]] = {name: [] for name in speed.SEARCHES}
+    curves: dict[str, list[pd.DataFrame]] = {name: [] for name in SEARCHES}
     for path in subsets:
         searches = read_table(path).groupby("method")
         for name, run in searches:
@@ -126,12 +122,14 @@ def _tables(
         r"target views' pixels of $|z/z^\ast-1|$ against exact depth. Means over scenes.",
         label="tab:speed_settings",
     )
+    groups = curves.set_index("evaluations").groupby("search", sort=False)["gap"]
+    reached = {name: gaps.reindex(COUNTS) for name, gaps in groups}
     searches = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
     of_search = plain_table(
         ["Search", *(f"{n} subsets" for n in COUNTS)],
         [
-            [searches[name], *(_at(part.set_index("evaluations")["gap"], n) for n in COUNTS)]
-            for name, part in curves.groupby("search", sort=False)
+            [searches[name], *(MISSING if np.isnan(gap) else f"{gap:.2f}" for gap in gaps)]
+            for name, gaps in reached.items()
         ],
         caption=r"\textbf{Speed against error: the search.} PSNR in dB, on the proxies, that the "
         "fittest subset after so many evaluations lacks to the genetic search's at its end.",
@@ -153,57 +151,114 @@ def _setting_row(row) -> list[str]:
     ]
 
 
-def _at(gaps: pd.Series, count: int) -> str:
-    return f"{gaps[count]:.2f}" if count in gaps.index else MISSING
-
-
-def speed_settings(
-    folders: Files,
-    splits: Files,
-    numbers: File,
-    *,
-    generated: Sequence[Mapping | None],
-    k: int,
-    reconstruction: Mapping,
-) -> None:
-    """Measure the reconstructor with one setting changed at a time.
+def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
+    """Compute the PSNR of a reference minus that of each method, where both were measured.
 
     Args:
-        numbers: receives setting, value, default, and means over the problems of what
-            `bench.measure_cold` returns, `seconds` being fit and rendering together.
-        generated: see `bench.benches`.
-        k: frames reconstructed from.
+        cells: dataset, scene, draw, method, psnr at one budget.
+
+    Returns:
+        method, gap in dB: means over draws, then scenes, then datasets.
+
+    Raises:
+        ValueError: when the reference was measured nowhere.
     """
-    rows = []
-    for place in benches(folders, splits, generated, k, reconstruction):
-        usual, model = measure_splats(place, reconstruction)
-        for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
-            cost = usual if default else measure_cold(place, reconstruction, **changes)[0]
-            rows.append({"setting": setting, "value": value, "default": default, **cost})
-        rounded = {"setting": "precision", "value": "float16", "default": False}
-        halved = replace(model, splats=model.splats.astype(np.float16).astype(np.float32))
-        rows.append(rounded | usual | measure_model(place, halved))
-        logger.info("%r: %d settings", place.capture, len(rows))
-    table = pd.DataFrame(rows)
-    table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
-    means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
-    write_csv(means, numbers)
+    wide = cells.pivot(index=["dataset", "scene", "draw"], columns="method", values="psnr")
+    if reference not in wide:
+        raise ValueError(
+            f"no PSNR of {reference!r} at this budget among {sorted(wide.columns)}. Hint: set "
+            "oracle.draws to 1 or more, and search.k to one of budgets"
+        )
+    behind = wide[list(methods)].rsub(wide[reference], axis=0).dropna()
+    mean = behind.groupby(["dataset", "scene"]).mean().groupby("dataset").mean().mean()
+    return mean.rename("gap").rename_axis("method").reset_index()
 
 
-def settings_of(
-    reconstruction: Mapping, size: tuple[int, int]
-) -> Iterator[tuple[str, str, bool, dict]]:
-    """(setting, printed value, whether it is the default, changes); no side is above the size's."""
-    usual = asdict(SplatSettings(**reconstruction["settings"]))
-    least, most = usual["planes"]
-    for count in PLANES:
-        yield "planes", str(count), False, {"planes": (count, count)}
-    yield "planes", f"{least}-{most}", True, {}
-    for setting, values in (("partners", PARTNERS), ("opacity", OPACITY)):
-        for value in sorted({*values, usual[setting]}):
-            yield setting, f"{value:g}", value == usual[setting], {setting: value}
-    for share in RESOLUTION:
-        side = round(share * reconstruction["long_side"])
-        if side <= max(size):
-            yield "resolution", str(side), share == 1, {"long_side": side}
-    yield "precision", "float32", True, {}
+def draw(
+    methods: pd.DataFrame,
+    settings: pd.DataFrame,
+    curves: pd.DataFrame,
+    outputs: Files,
+    *,
+    selected: str,
+    k: int,
+) -> None:
+    """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search.
+
+    Args:
+        methods: method, seconds, gap.
+        settings: setting, value, default, seconds, depth_error, psnr.
+        curves: search, evaluations, gap.
+        selected: what was timed, in words.
+        k: frames that the search picks.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    figure = new_figure((TEXT, 6.2))
+    (first, third), (second, fourth) = figure.subplots(2, 2)
+    _draw_methods(first, methods)
+    first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
+    name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
+    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
+        line = style(number) | {"marker": ""}
+        second.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
+    name_axes(second, "subsets reconstructed", "PSNR behind the search's end (dB)")
+    second.set_ylim(bottom=0)
+    second.legend(fontsize=7, frameon=False)
+    second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
+    drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
+    for letter, (axis, (column, label, unit)) in zip("bd", drawn.items(), strict=True):
+        _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
+        title = f"{letter}  the reconstructor"
+        axis.set_title(title, loc="left", fontsize=9, fontweight="bold")
+        name_axes(axis, "seconds, nothing cached", label)
+    handles, names = third.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower right", ncols=6, fontsize=7, frameon=False)
+    for axis in figure.axes:
+        if axis.get_xscale() == "log":
+            low, high = axis.get_xlim()
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
+            axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.xaxis.set_minor_formatter(NullFormatter())
+    save(figure, outputs)
+
+
+def _draw_settings(axis, settings: pd.DataFrame) -> None:
+    """Draw a colour and a marker a setting, its values tied to the default, which is a star."""
+    default = settings[settings["default"]].iloc[-1]
+    for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
+        changed = part[~part["default"]].sort_values("seconds")
+        color, marker = COLORS[i], MARKERS[i]
+        places = (changed["seconds"], changed["value_of"])
+        axis.plot(*places, marker, color=color, ms=4, label=name)
+        for row in changed.itertuples():
+            line = (row.seconds, default["seconds"]), (row.value_of, default["value_of"])
+            axis.plot(*line, "-", color=color, linewidth=0.6, alpha=0.5)
+            beside = {"xytext": (3, 3), "textcoords": "offset points"}
+            axis.annotate(row.value, (row.seconds, row.value_of), **beside, fontsize=6, color=color)
+    axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
+    axis.set_xscale("log")
+    axis.margins(x=0.1)
+
+
+def _draw_methods(axis, points: pd.DataFrame) -> None:
+    """Draw one labelled point a method; down and left is better."""
+    axis.axhline(0, color="0.6", linewidth=0.8)
+    axis.set_xscale("log")
+    points = points.sort_values("gap", kind="stable").reset_index(drop=True)
+    for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
+        color, marker = (COLORS[0], "s") if name in POLICIES else (COLORS[1], "o")
+        axis.plot(seconds, gap, marker, color=color, markersize=4)
+        # names stand beside the axes in the points' order, where they cannot overlap
+        axis.annotate(
+            PLAIN[name],
+            (seconds, gap),
+            xytext=(1.06, (i + 0.5) / len(points)),
+            textcoords="axes fraction",
+            va="center",
+            fontsize=7,
+            color=color,
+            fontweight="bold" if name in POLICIES else "normal",
+            # to the start of the name
+            arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.5, "relpos": (0, 0.5)},
+        )

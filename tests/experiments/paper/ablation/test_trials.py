@@ -13,7 +13,6 @@ from evaluation_files import FACTS
 
 from fsel.core.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.cells import cells_of
 from fsel.experiments.paper.ablation.architectures import MODULES
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.paper.ablation.tables import (
@@ -23,6 +22,7 @@ from fsel.experiments.paper.ablation.tables import (
     scorer_arch,
 )
 from fsel.experiments.paper.ablation.trials import TRIALS, trial_case
+from fsel.experiments.scheme import cells_of
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
@@ -137,7 +137,7 @@ def labelled(tmp_path_factory):
         labels.values(),
         folder / "trajectories.parquet",
         scenes={"s": "train"},
-        coverages=list(labels),
+        coverages={"s": list(labels)},
         kept=2,
         config="x",
     )

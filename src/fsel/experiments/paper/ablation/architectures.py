@@ -1,7 +1,6 @@
 """Scorers that the paper compared its own with (Appendix D.1), one class each.
 
-The paper names them; their details are ours, kept to torch's own layers and the scorer's width.
-`config/scorers.yaml` says which class and settings make which row.
+The paper names them; details are ours. `config/scorers.yaml` says which settings make which row.
 """
 
 from __future__ import annotations
@@ -167,8 +166,7 @@ class SelfAttention(nn.Module):
 class ViewAttention(nn.Module):
     """Attention over the optimization views in place of the thirteen fixed summaries of them.
 
-    A candidate's four features that follow the selection and its sharpness are the query; its
-    relations to each view are keys and values.
+    The query is made of a candidate's other five features; its relations to views are the keys.
     """
 
     def __init__(self) -> None:

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
-from fsel.evaluation.captions import made_by
-from fsel.evaluation.latex import difference, plain_table, tex
+from fsel.evaluation.latex import difference, made_by, plain_table, tex
 from fsel.evaluation.summary import write_csv
-from fsel.experiments.cells import GAP, Scenes, against, cells_of
 from fsel.experiments.paper.ablation.extras import EXTRAS
+from fsel.experiments.scheme import GAP, Scenes, against, cells_of
 from fsel.features.columns import FEATURES
 
 OURS = "less_is_more"  # the scorer that others are compared with
@@ -55,7 +54,7 @@ def feature_sweep(
         trials: what `trials.trial_case` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         cases: name -> its `shown` and `added`, in the table's order.
-        facts: see `captions.made_by`; and `epochs` of the training.
+        facts: see `fsel.evaluation.latex.made_by`; and `epochs` of the training.
     """
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, reference)
@@ -119,7 +118,7 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
     """Compare every trial with a reference.
 
     Args:
-        cells: see `fsel.experiments.cells.cells_of`.
+        cells: see `fsel.experiments.scheme.cells_of`.
         trials: name -> what `trials.trial_case` wrote, in order.
 
     Returns:

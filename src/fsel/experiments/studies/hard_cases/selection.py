@@ -114,7 +114,6 @@ def exact_z_scores(problem: Problem) -> float:
 
 
 def zero_distance(problem: Problem) -> float:
-    """World units between a candidate and the proxy that it coincides with."""
     return float(raw(problem)[3, STATIC.index("d_min_o")])
 
 
@@ -134,7 +133,6 @@ def distinct_first(problem: Problem) -> float:
 
 
 def loud() -> CaseOutcome:
-    """Scores of 10^4: the compiled loop against the plain one."""
     problem = worlds.world()
     prepared = POLICIES["less_is_more"].prepare(problem)
     network = Network(worlds.random_weights(1, 60.0))

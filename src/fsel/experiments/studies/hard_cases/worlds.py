@@ -129,24 +129,20 @@ def at(centers: np.ndarray, ahead: np.ndarray | None = None) -> Problem:
 
 
 def one_point() -> Problem:
-    """Cameras in one place that look everywhere."""
     return at(np.tile([0.3, 1.7, -2.1], (FRAMES, 1)))
 
 
 def line() -> Problem:
-    """Centres on a line, evenly."""
     return at(np.linspace(0, 1, FRAMES)[:, None] * [1.0, 2.0, -0.5])
 
 
 def clusters() -> Problem:
-    """Every second camera a million units away."""
     centers, ahead = cloud()
     centers[::2] += [1e6, 0, 0]
     return at(centers, ahead)
 
 
 def displaced(shift: np.ndarray, scale: float) -> Problem:
-    """The ordinary world, scaled and shifted."""
     return moved(world(), np.eye(3), shift, scale)
 
 
@@ -187,19 +183,16 @@ def dozens() -> Problem:
 
 
 def nothing_in_common() -> Problem:
-    """Cameras on a sphere that all look away from it and are far from each other."""
     ahead = cloud()[1]
     return at(1000 * ahead, ahead)
 
 
 def equally_sharp() -> Problem:
-    """The ordinary problem with one sharpness for all frames."""
     problem = world()
     return replace(problem, sharpness=np.full_like(problem.sharpness, 0.1))
 
 
 def one_sharp() -> Problem:
-    """The ordinary problem with the sharpness of one candidate at 1e12."""
     problem = world()
     sharpness = problem.sharpness.copy()
     sharpness[problem.candidates[7]] = 1e12
