@@ -88,9 +88,8 @@ def test_a_nested_method_runs_once(problem, nested, sizes):
 def test_chance_is_named_so_that_other_runs_change_nothing(problem):
     drawn = Drawn(nested=False).method
     alone = pd.DataFrame(measuring.select(problem, [Run(drawn, 1)], [4], rng_by_name(7)))
-    among = pd.DataFrame(
-        measuring.select(problem, runs([METHODS["random"], drawn]), [3, 4], rng_by_name(7))
-    )
+    both = runs([METHODS["random"], drawn])
+    among = pd.DataFrame(measuring.select(problem, both, [3, 4], rng_by_name(7)))
     same = among[(among["method"] == "drawn") & (among["seed"] == 1) & (among["k"] == 4)]
     assert same["frame"].tolist() == alone["frame"].tolist()
     other = among[(among["method"] == "drawn") & (among["seed"] == 0) & (among["k"] == 4)]
@@ -98,9 +97,8 @@ def test_chance_is_named_so_that_other_runs_change_nothing(problem):
 
 
 def test_picks_are_written_down_in_order(problem):
-    table = pd.DataFrame(
-        measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], rng_by_name(0))
-    )
+    made = measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], rng_by_name(0))
+    table = pd.DataFrame(made)
     assert table["k"].tolist() == [2, 2, 3, 3, 3]
     assert table["order"].tolist() == [0, 1, 0, 1, 2]
     frames = table["frame"].tolist()
@@ -149,8 +147,6 @@ def test_each_distinct_subset_is_reconstructed_once():
     assert table["fit_seconds"].unique().tolist() == [0.5]
     assert table["peak_bytes"].tolist() == [200] * 4 + [300] * 2
     assert table["device"].unique().tolist() == ["abacus"]
-    by_method = pd.DataFrame(
-        measuring.measure(evaluator, picks[picks["method"] == "a"], by=["method"])
-    )
+    by_method = measuring.measure(evaluator, picks[picks["method"] == "a"], by=["method"])
     assert len(flat.fitted) == 2
-    assert by_method.columns[:2].tolist() == ["method", "target"]
+    assert list(by_method)[:2] == ["method", "target"]

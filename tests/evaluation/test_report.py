@@ -1,6 +1,7 @@
 """Summaries, the LaTeX table and the heatmap: hand-worked values and slow twins."""
 
 import re
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -28,15 +29,8 @@ def cells(values: dict) -> pd.DataFrame:
 
 def grid(seed: int = 0, scenes: int = 3, draws: int = 2) -> pd.DataFrame:
     rng = np.random.default_rng(seed)
-    return cells(
-        {
-            ("d", f"s{s}", d, method, k): rng.normal(20, 2)
-            for s in range(scenes)
-            for d in range(draws)
-            for method in ("random", "less_is_more")
-            for k in (10, 20)
-        }
-    )
+    rows = product(range(scenes), range(draws), ("random", "less_is_more"), (10, 20))
+    return cells({("d", f"s{s}", d, method, k): rng.normal(20, 2) for s, d, method, k in rows})
 
 
 def test_targets_are_averaged_within_a_seed_first():
@@ -78,11 +72,8 @@ def test_scenes_of_one_place_are_one_place():
 
 def test_training_seeds_move_the_interval_and_not_the_mean():
     seeds = {0: -1.0, 1: 0.0, 2: 1.0}
-    parts = [
-        grid(scenes=6).assign(seed=s, psnr=lambda t, up=up: t["psnr"] + up)
-        for s, up in seeds.items()
-    ]
-    table = pd.concat(parts)
+    one = grid(scenes=6)
+    table = pd.concat([one.assign(seed=s, psnr=one["psnr"] + up) for s, up in seeds.items()])
     apart, alike = summarise(table, ["psnr"], trained=["less_is_more"]), summarise(table, ["psnr"])
     np.testing.assert_allclose(apart["mean"], alike["mean"])
     wider = (apart["ci_high"] - apart["ci_low"]) / (alike["ci_high"] - alike["ci_low"])
@@ -158,16 +149,10 @@ def test_special_characters_are_escaped():
 
 
 def table_of(summary: pd.DataFrame, datasets: dict) -> str:
-    return sweep_table(
-        summary,
-        datasets=datasets,
-        groups=[{"random": "Random", "less_is_more": "Ours"}, {"all": "All frames"}],
-        ranked=["random", "less_is_more"],
-        budgets=[10, 20],
-        higher_is_better={"psnr": True, "ssim": True},
-        caption="Text.",
-        label="tab:x",
-    )
+    groups = [{"random": "Random", "less_is_more": "Ours"}, {"all": "All frames"}]
+    shown = {"datasets": datasets, "groups": groups, "ranked": list(groups[0])}
+    numbers = {"budgets": [10, 20], "higher_is_better": {"psnr": True, "ssim": True}}
+    return sweep_table(summary, **shown, **numbers, caption="Text.", label="tab:x")
 
 
 def test_table_cells_bold_and_counts():
@@ -204,24 +189,20 @@ def test_blocks_have_two_datasets_and_a_page_three_blocks():
     assert text.count(r"\begin{") == text.count(r"\end{")
 
 
-def panel(method: str = "less_is_more") -> pd.DataFrame:
-    values = {}
-    for s in range(6):
-        values["d", f"s{s}", 0, "random", 10] = 20.0 + s
-        values["d", f"s{s}", 0, "nearest", 10] = 21.0 + s
-        values["d", f"s{s}", 0, "less_is_more", 10] = 21.5 + s
-        values["d", f"s{s}", 0, "random", 20] = 24.0 + s
-        values["d", f"s{s}", 0, "nearest", 20] = 23.0 + s
-        values["d", f"s{s}", 0, "less_is_more", 20] = 24.0 + s + (-1) ** s
+def panel() -> pd.DataFrame:
+    method = "less_is_more"
+    means = {10: {"random": 20.0, "nearest": 21.0, method: 21.5}}
+    means[20] = {"random": 24.0, "nearest": 23.0, method: 24.0}
+    values = {
+        ("d", f"s{s}", 0, name, k): mean + s + (k == 20 and name == method) * (-1) ** s
+        for s in range(6)
+        for k, own in means.items()
+        for name, mean in own.items()
+    }
     table = cells(values)
-    return gains(
-        summarise(table, METRICS),
-        differences(table, [method], METRICS),
-        method=method,
-        baselines=["random", "nearest"],
-        datasets=["d"],
-        budgets=[10, 20],
-    )
+    parts = summarise(table, METRICS), differences(table, [method], METRICS)
+    asked = {"baselines": ["random", "nearest"], "datasets": ["d"], "budgets": [10, 20]}
+    return gains(*parts, method=method, **asked)
 
 
 def test_gain_is_over_the_strongest_baseline_of_each_cell():
@@ -232,11 +213,10 @@ def test_gain_is_over_the_strongest_baseline_of_each_cell():
 
 
 def test_figures_of_equal_numbers_are_equal_bytes(tmp_path):
-    for name in ("first", "second"):
-        (tmp_path / name).mkdir()
-        outputs = [tmp_path / name / "h.pdf", tmp_path / name / "h.png"]
+    for name in "ab":
+        outputs = [tmp_path / f"{name}.pdf", tmp_path / f"{name}.png"]
         draw({"a": panel(), "b": panel()}, {"d": "Dataset"}, outputs)
-    for form in ("h.pdf", "h.png"):
-        first = (tmp_path / "first" / form).read_bytes()
-        assert first == (tmp_path / "second" / form).read_bytes()
+    for form in ("pdf", "png"):
+        first, second = ((tmp_path / f"{name}.{form}").read_bytes() for name in "ab")
+        assert first == second
         assert len(first) > 1000

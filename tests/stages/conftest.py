@@ -4,6 +4,7 @@ import pytest
 from described_scene import write_scene
 from small_sweep import RECONSTRUCTION, SEARCH
 
+from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS
 from fsel.stages.evaluate import evaluate
 from fsel.stages.features import features
@@ -12,6 +13,25 @@ from fsel.stages.order import order
 from fsel.stages.select import select
 from fsel.stages.split import split
 from fsel.stages.split_labelled import split_labelled
+
+
+@pytest.fixture
+def kill(monkeypatch):
+    """Interrupt one evaluation, the given one; returns a list with an entry for each."""
+
+    def at(evaluation: int) -> list[int]:
+        calls, scores = [], Evaluator.scores
+
+        def counted(self, subset):
+            calls.append(1)
+            if len(calls) == evaluation:
+                raise KeyboardInterrupt
+            return scores(self, subset)
+
+        monkeypatch.setattr(Evaluator, "scores", counted)
+        return calls
+
+    return at
 
 
 @pytest.fixture(scope="session")

@@ -17,55 +17,41 @@ BODY = np.random.default_rng(0).integers(0, 256, 3_000_000, dtype=np.uint8).toby
 DIGEST = hashlib.sha256(BODY).hexdigest()
 
 
-class Server:
-    """Serves `body` and keeps the ranges that it was asked for."""
+class Handler(BaseHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
 
-    def __init__(self):
-        self.body, self.etag, self.cuts, self.errors = BODY, '"one"', [], []
-        self.requested, self.ranges = [], True
-        outer = self
-
-        class Handler(BaseHTTPRequestHandler):
-            def log_message(self, *_):
-                pass
-
-            def do_GET(self):
-                outer.answer(self)
-
-        self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.url = f"http://127.0.0.1:{self._http.server_port}/scene.zip"
-        threading.Thread(target=self._http.serve_forever, daemon=True).start()
-
-    def answer(self, handler):
-        wanted = handler.headers.get("Range")
-        self.requested.append(wanted)
-        if self.errors:
-            handler.send_error(self.errors.pop(0))
+    def do_GET(self):
+        server, wanted = self.server, self.headers.get("Range")
+        server.requested.append(wanted)
+        if server.errors:
+            self.send_error(server.errors.pop(0))
             return
         start = 0
-        if wanted and self.ranges and handler.headers.get("If-Range") == self.etag:
+        if wanted and server.ranges and self.headers.get("If-Range") == server.etag:
             start = int(wanted.removeprefix("bytes=").removesuffix("-"))
-            if start >= len(self.body):
-                handler.send_error(416)
+            if start >= len(server.body):
+                self.send_error(416)
                 return
-        rest = self.body[start:]
-        handler.send_response(206 if start else 200)
-        handler.send_header("Content-Length", str(len(rest)))
-        handler.send_header("ETag", self.etag)
-        handler.end_headers()
-        cut = self.cuts.pop(0) if self.cuts else len(rest)
-        handler.wfile.write(rest[:cut])  # then the connection closes, early or not
-
-    def close(self):
-        self._http.shutdown()
-        self._http.server_close()
+        rest = server.body[start:]
+        self.send_response(206 if start else 200)
+        self.send_header("Content-Length", str(len(rest)))
+        self.send_header("ETag", server.etag)
+        self.end_headers()
+        cut = server.cuts.pop(0) if server.cuts else len(rest)
+        self.wfile.write(rest[:cut])  # then the connection closes, early or not
 
 
 @pytest.fixture
 def server():
-    made = Server()
-    yield made
-    made.close()
+    """A server of `body` that keeps the ranges that it was asked for."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as made:
+        made.body, made.etag, made.cuts, made.errors = BODY, '"one"', [], []
+        made.requested, made.ranges = [], True
+        made.url = f"http://127.0.0.1:{made.server_port}/scene.zip"
+        threading.Thread(target=made.serve_forever, daemon=True).start()
+        yield made
+        made.shutdown()
 
 
 def fetch(server, path, sha256="", pause=0.0):
@@ -171,13 +157,9 @@ def test_a_hostile_archive_writes_nothing(tmp_path, name, nested):
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def links(path):
-    return archive(path, {"a/good.txt": "good"}, links=["a/link"])
-
-
-def cut(path, share=0.5):
+def cut(path):
     content = archive(path, {f"a/{i}": BODY[:1000] for i in range(9)}).read_bytes()
-    path.write_bytes(content[: int(share * len(content))])
+    path.write_bytes(content[: len(content) // 2])
     return path
 
 
@@ -201,10 +183,8 @@ def bomb(path):
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (links, "'a/link' is a link or device"),
-        (lambda path: cut(path, 0.0), "all.zip: cannot be unpacked"),
+        (lambda path: archive(path, {"a/x": "good"}, ["a/link"]), "'a/link' is a link or device"),
         (cut, "all.zip: cannot be unpacked"),
-        (lambda path: cut(path, 0.99), "all.zip: cannot be unpacked"),
         (damaged, "all.zip: cannot be unpacked"),
         (bomb, "all.zip: cannot be unpacked"),
         (lambda path: archive(path, {"garden/x": "1", "stump/x": "1"}), r"\['garden', 'stump'\]"),

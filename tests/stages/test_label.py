@@ -34,19 +34,10 @@ def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     assert (begun[0]["psnr"].to_numpy() != begun[1]["psnr"].to_numpy()).all()
 
 
-def test_a_search_that_was_killed_goes_on_from_its_journal(scene, labelled, tmp_path, monkeypatch):
+def test_a_search_that_was_killed_goes_on_from_its_journal(scene, labelled, tmp_path, kill):
     settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
     settings |= {"coverage": 25, "fitness": METRICS, "config": "c"}
-    splits, path, calls = labelled / "splits.parquet", tmp_path / "p25.parquet", []
-    scores = Evaluator.scores
-
-    def killed(self, subset):
-        calls.append(1)
-        if len(calls) == 3:
-            raise KeyboardInterrupt
-        return scores(self, subset)
-
-    monkeypatch.setattr(Evaluator, "scores", killed)
+    splits, path, calls = labelled / "splits.parquet", tmp_path / "p25.parquet", kill(3)
     with pytest.raises(KeyboardInterrupt):
         label(scene, splits, path, **settings)
     label(scene, splits, path, **settings)

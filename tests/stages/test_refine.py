@@ -3,47 +3,21 @@
 import pytest
 from small_sweep import RECONSTRUCTION
 
-from fsel.evaluation.evaluator import Evaluator
 from fsel.stages.refine import refine
 
 
-def test_refinement_continues_after_a_kill(scene, tmp_path, monkeypatch):
-    settings = {
-        "generations": 2,
-        "population": 3,
-        "step": 30.0,
-        "batch": 1,
-        "draws": 2,
-        "targets": 4,
-        "budgets": [3, 5],
-        "seed": 0,
-    }
+def test_refinement_continues_after_a_kill(scene, tmp_path, kill):
+    settings = {"generations": 2, "population": 3, "step": 30.0, "batch": 1}
+    settings |= {"draws": 2, "targets": 4, "budgets": [3, 5], "seed": 0}
+    asked = {"scenes": ["s"], "seed": 0, "settings": settings, "inputs": [], "config": "c"}
 
     def run(name: str) -> bytes:
-        refine(
-            [scene],
-            tmp_path / f"{name}.safetensors",
-            tmp_path / "log.parquet",
-            scenes=["s"],
-            seed=0,
-            settings=settings,
-            reconstruction=RECONSTRUCTION,
-            inputs=[],
-            config="c",
-        )
-        return (tmp_path / f"{name}.safetensors").read_bytes()
+        path = tmp_path / f"{name}.safetensors"
+        refine([scene], path, tmp_path / "log", reconstruction=RECONSTRUCTION, **asked)
+        return path.read_bytes()
 
     whole = run("whole")
-    calls = []
-    scores = Evaluator.scores
-
-    def killed(self, subset):
-        calls.append(1)
-        if len(calls) == 4:
-            raise KeyboardInterrupt
-        return scores(self, subset)
-
-    monkeypatch.setattr(Evaluator, "scores", killed)
+    kill(4)
     with pytest.raises(KeyboardInterrupt):
         run("killed")
     assert run("killed") == whole

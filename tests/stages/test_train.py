@@ -12,20 +12,15 @@ from fsel.training.labelled import labelled_problems
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
+    read = [[labelled / f"{name}.parquet"] for name in ("splits", "features")]
+    read.append(labelled / "trajectories.parquet")
+    asked = {"scenes": ["s"], "policy": "less_is_more", "epochs": 1, "learning_rate": 1e-3}
     for name, seeds in (("a", 2), ("b", 1)):
-        train(
-            [scene],
-            [labelled / "splits.parquet"],
-            [labelled / "features.parquet"],
-            labelled / "trajectories.parquet",
-            [tmp_path / f"{name}{seed}.safetensors" for seed in range(seeds)],
-            [tmp_path / f"{name}{seed}.parquet" for seed in range(seeds)],
-            scenes=["s"],
-            policy="less_is_more",
-            epochs=1,
-            learning_rate=1e-3,
-            config="c",
+        made = (
+            [tmp_path / f"{name}{seed}.{form}" for seed in range(seeds)]
+            for form in ("safetensors", "parquet")
         )
+        train([scene], *read, *made, **asked, config="c")
     written = {path.stem: path.read_bytes() for path in tmp_path.glob("*.safetensors")}
     assert written["a0"] == written["b0"]
     assert written["a0"] != written["a1"]

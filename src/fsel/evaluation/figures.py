@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TEXT, COLUMN = 6.875, 3.25  # inches: widths of the text and of a column of a two-column paper
+TEXT = 6.875  # inches, the width of the text of a two-column paper
 LETTERS = 21  # of the footnote's size, an inch
 SHARPNESS = 200  # pixels an inch, of a .png and of images within a .pdf
 COLORS = (
@@ -33,18 +33,6 @@ def new_figure(size: tuple[float, float]) -> Figure:
     from matplotlib.figure import Figure  # here: jobs that draw nothing do without
 
     return Figure(figsize=size, layout="constrained")
-
-
-def style(number: int) -> dict[str, Any]:
-    """Return colour, dashes and marker of a series: eight differ without colour."""
-    at = number % len(COLORS)
-    return {
-        "color": COLORS[at],
-        "linestyle": DASHES[at],
-        "marker": MARKERS[at],
-        "markersize": 3.5,
-        "linewidth": 1.1,
-    }
 
 
 def name_axes(axis: Axes, across: str, up: str) -> None:
@@ -78,7 +66,6 @@ def draw_cameras(axis: Axes, places: np.ndarray, targets: np.ndarray, size: floa
 
     Args:
         places: (N, 2) see `plan_positions`.
-        targets: frames.
         size: of a dot's diameter, points.
     """
     axis.plot(*places.T, "o", color="0.8", markersize=size / 2, markeredgewidth=0, zorder=1)

@@ -68,12 +68,10 @@ def sweep_table(
     """Set two datasets side by side, one row a method, one cell a budget.
 
     Args:
-        summary: see `fsel.evaluation.summary.summarise`.
         datasets: name -> LaTeX label, in order.
         groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
         ranked: methods among which the best of a column is set in bold.
         budgets, higher_is_better: columns, and metrics in the order of a cell's numbers.
-        caption, label: LaTeX.
     """
     keyed = summary.set_index(["dataset", "method", "k", "metric"])
     scenes = summary.groupby("dataset")["n"].max().to_dict()
@@ -106,7 +104,6 @@ def plain_table(
     """Write a table of ready cells in LaTeX.
 
     Args:
-        caption, label: LaTeX.
         columns: LaTeX's own; without, the first goes to the left, the others to the right.
         groups: headings above the columns after the first, and how many columns each spans.
     """

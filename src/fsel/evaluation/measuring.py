@@ -93,12 +93,7 @@ def rng_by_name(seed: int) -> RngFactory:
 
 
 def rng_by_draw(seed: int, draw: int) -> RngFactory:
-    """Make generators seeded by numbers: all methods of one seed and budget start alike.
-
-    Args:
-        seed: of the scene.
-        draw: of its targets.
-    """
+    """Make generators seeded by numbers: all methods of one seed and budget start alike."""
 
     def of(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng([seed, draw, run.seed, k])

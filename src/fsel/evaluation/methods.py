@@ -7,9 +7,7 @@ from fsel.core.registry import Registry
 from fsel.selectors import baselines, pretrained
 
 METHODS: Registry[Method] = Registry(
-    "method",
-    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES},
-    group=baselines.GROUP,
+    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES}, group=baselines.GROUP
 )
 """What `fsel.select` and the commands choose from, by name."""
 for _name in pretrained.FILES:

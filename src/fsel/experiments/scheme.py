@@ -177,10 +177,6 @@ def cells_of(
 ) -> pd.DataFrame:
     """Return a row for each trial, method and budget: means over targets, then over seeds.
 
-    Args:
-        facts: see `fsel.evaluation.sweep.place_of`.
-        by: columns of the trials.
-
     Returns:
         method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
     """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 
@@ -14,8 +13,6 @@ from fsel.core.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import evaluators
 from fsel.metrics import Metrics
-
-NOTHING: Mapping[str, Sequence] = MappingProxyType({})
 
 logger = logging.getLogger(__name__)
 
@@ -28,7 +25,7 @@ def evaluate(
     *,
     reconstruction: Mapping,
     metrics: Metrics,
-    only: Mapping[str, Sequence] = NOTHING,
+    only: Mapping[str, Sequence] | None = None,
     config: str,
 ) -> None:
     """Reconstruct every selection and compare it with the held-out targets of its draw.
@@ -46,7 +43,7 @@ def evaluate(
         logger.info("%s", picked)
         targets = Split.load(split).targets
         picks = read_columns(picked)
-        for column, values in only.items():
+        for column, values in (only or {}).items():
             picks = chosen(picks, np.isin(picks[column], values))
         table = measuring.measure(evaluator(capture, targets), picks)
         write_table(table, path, units=units, config=config)

@@ -80,8 +80,6 @@ def gains(
 
     Args:
         summary, differences: see `fsel.evaluation.summary.summarise` and `differences`.
-        baselines: methods to be strongest among.
-        datasets, budgets: in order.
 
     Returns:
         dataset, k, reference (the strongest), gain in dB, n (places), p (of being ahead of every
@@ -113,8 +111,6 @@ def draw(
 
     Args:
         panels: title -> what `gains` returned; all over the same datasets and budgets.
-        labels: dataset -> printed name.
-        outputs: paths; their endings choose the format.
         reconstructor: to be named under the panels.
     """
     from matplotlib.colors import Normalize

@@ -70,7 +70,6 @@ def refine(
         weights: receives the scorer.
         log: receives the strategy's progress.
         scenes: their names, by which they are put in order.
-        seed: of the strategy.
         settings: the config's section `refinement`, with `targets` and `seed` of the splits.
     """
     policy = POLICIES["fsel"]

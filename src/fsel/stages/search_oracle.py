@@ -39,7 +39,6 @@ def search_oracle(
     Args:
         subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
-        seed: of the draw.
     """
     problem, parts = Problem.load(folder, split), Split.load(split)
     reconstructor = reconstructor_of(problem.capture, reconstruction)

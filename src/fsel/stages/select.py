@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.files import File, Files, read_columns, stacked, write_table
@@ -22,7 +21,7 @@ def select(
     *,
     budgets: Sequence[int],
     seeds: Sequence[int],
-    protocol: Mapping[str, str] = MappingProxyType({}),
+    protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
     """Every method's picks at every budget of every draw, one row a pick.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -19,14 +18,13 @@ def split(
     *,
     targets: int,
     seed: int,
-    protocol: Mapping[str, str] = MappingProxyType({}),
+    protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
     """Draw the targets of a capture, or take those of a protocol.
 
     Args:
         splits: one a draw, see `fsel.core.split.Split.table`.
-        targets: how many target views a draw.
         protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.dl3dv`; empty for none.
     """
     capture = Capture.load(folder)

@@ -34,7 +34,6 @@ def train(
         splits, features: what `split_labelled` and `features` wrote of them, one a scene.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
-        scenes: their names.
         policy: key of `fsel.selectors.policies.KNOWN`.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))

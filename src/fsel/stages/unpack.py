@@ -10,7 +10,6 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
-from types import MappingProxyType
 
 from fsel.core.files import File, unfinished
 
@@ -22,7 +21,7 @@ def unpack(
     inside: str,
     folder: File,
     *,
-    files: Mapping[str, str] = MappingProxyType({}),
+    files: Mapping[str, str] | None = None,
     licence: str = "",
 ) -> None:
     """Unpack one folder of a zip archive, and the archives that lie in it, whole or not at all.
@@ -30,7 +29,6 @@ def unpack(
     Args:
         archive: not trusted: members that are links, or lead out of the target, are refused before
             anything is written.
-        inside: the folder's path in the archive.
         folder: what it becomes; replaced if it is there.
         files: of the folder -> their sha256.
         licence: of what is in it, for the log.
@@ -47,7 +45,7 @@ def unpack(
         for inner in sorted(partial.glob("*.zip")):
             _extract(inner, "", partial)
             inner.unlink()
-        for name, wanted in files.items():
+        for name, wanted in (files or {}).items():
             _check_file(archive, partial / name, name, wanted)
         shutil.rmtree(folder, ignore_errors=True)
         partial.replace(folder)

@@ -10,15 +10,12 @@ from described_scene import filmed
 from fsel.core.capture import Capture
 from fsel.core.programs import Unfinished
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.latex import plain_table
 from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments.paper.time_quality import VARIANTS, _row, cost_means, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
-from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-SHARPNESS = FEATURES.index("sharpness")
 
 
 @pytest.fixture(scope="module")
@@ -113,11 +110,3 @@ def test_costs_of_what_did_not_finish_are_missing(tmp_path):
 
 def test_a_lead_inside_its_interval_is_not_bold(tmp_path):
     assert _row(table_of(tmp_path, worst=-0.5), "10", 10)[1] == "22.00"
-
-
-def test_headings_span_their_columns():
-    text = plain_table(
-        ["k", "a", "b"], [["1", "2", "3"]], caption="C", label="l", groups=[("Both", 2)]
-    )
-    assert r" & \multicolumn{2}{c}{Both} \\" in text
-    assert r"k & a & b \\" in text

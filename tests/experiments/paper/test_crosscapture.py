@@ -8,6 +8,7 @@ import pytest
 from described_scene import filmed, save_described
 from evaluation_files import FACTS
 from selection_problems import random_capture
+from small_sweep import run_trials
 
 from fsel.evaluation.summary import leaders
 from fsel.experiments.paper.crosscapture import (
@@ -20,8 +21,6 @@ from fsel.experiments.paper.crosscapture import (
     trials,
 )
 from fsel.metrics import METRICS
-
-RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 
 
 def in_passes(sizes: dict[str, int]):
@@ -46,17 +45,6 @@ def test_only_the_half_near_another_pass_is_asked_for():
     assert split.candidates.tolist() == [2, 3, 4]
 
 
-@pytest.mark.parametrize("held_out", ["a", "b", "c"])
-def test_nothing_of_the_held_out_pass_can_be_selected(held_out):
-    capture = in_passes({"a": 9, "b": 14, "c": 11})
-    split = cross_split(capture, held_out)
-    of = np.array(capture.sequences)
-    assert set(of[split.targets]) == {held_out}
-    assert held_out not in of[np.union1d(split.candidates, split.proxies)]
-    assert len(np.unique(split.proxies)) == len(split.targets) == (of == held_out).sum() // 2
-    assert len(split.candidates) + len(split.proxies) == (of != held_out).sum()
-
-
 def test_a_room_of_one_pass_is_refused():
     with pytest.raises(ValueError, match=r"0 frames outside 'a' .* two or more passes"):
         cross_split(in_passes({"a": 12}), "a")
@@ -76,17 +64,9 @@ def test_a_leader_is_ahead_of_everybody_beyond_the_interval():
 def test_every_pass_is_held_out_once(tmp_path):
     passes = ("a",) * 12 + ("b",) * 12 + ("c",) * 12
     save_described(replace(filmed(36, "seven_scenes"), sequences=passes), tmp_path)
-    picks = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
-    protocol = {"held_out": [], "every": 1, "targets": None, "draws": 3, "seed": 1}
-    asked = {"settings": {**protocol, "budgets": [4, 8]}, "config": "c"}
-    for path in picks:
-        TRIALS.select([tmp_path], tmp_path / "descriptors.parquet", [], path, **asked)
-    once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
-    pd.testing.assert_frame_equal(once, again)
-    output = tmp_path / "measured.parquet"
-    settings = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "gmsd"]}
-    TRIALS.evaluate([tmp_path], picks[:1], output, **asked, **settings)
-    table = pd.read_parquet(output)
+    settings = {"held_out": [], "every": 1, "targets": None, "draws": 3, "seed": 1}
+    asked = {"settings": settings | {"budgets": [4, 8]}, "metrics": ["psnr", "gmsd"]}
+    picks, table = run_trials(TRIALS, [tmp_path], tmp_path, **asked)
     assert "gmsd" in table
     assert "ssim" not in table
     assert set(table["method"]) == set(BASELINES)
@@ -94,7 +74,7 @@ def test_every_pass_is_held_out_once(tmp_path):
     assert targets.index.tolist() == ["a", "b", "c"]
     for i, (held_out, frames) in enumerate(targets.items()):
         assert set(frames) <= set(range(12 * i, 12 * i + 12)), held_out
-    for held_out, part in once.groupby("held_out"):
+    for held_out, part in picks.groupby("held_out"):
         assert held_out not in np.array(passes)[part["frame"]]
 
 

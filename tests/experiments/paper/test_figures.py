@@ -6,14 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from described_scene import write_scene
-from matplotlib.figure import Figure
 from selection_problems import random_capture
 
 from fsel.core.capture import Capture
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.figures import footnote, plan_positions
-from fsel.experiments.paper.pictures import STRONGEST, _calmest, picks_of, resolved, spaced
+from fsel.evaluation.figures import plan_positions
+from fsel.experiments.paper.pictures import STRONGEST, _calmest, resolved
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of
@@ -61,13 +60,6 @@ def test_the_fittest_so_far_need_not_have_the_highest_psnr():
     assert found["best"].tolist() == [20.0, 22.0, 21.0, 21.0]
 
 
-def test_a_seeds_picks_come_in_their_order():
-    rows = [("a", 2, 1, "5"), ("a", 2, 0, "9"), ("a", 3, 0, "1"), ("all", 4, 0, "7")]
-    table = pd.DataFrame(rows, columns=["method", "k", "order", "name"])
-    assert picks_of(table, "a", 2) == ["9", "5"]
-    assert picks_of(table, "all", 2) == ["7"]
-
-
 def test_the_strongest_baseline_is_none_that_has_a_column_and_not_the_control():
     rows = [("uniform", 9, 30.0), ("fvs", 9, 20.0), ("dpp", 9, 21.0), ("fvs", 5, 40.0)]
     rows += [("untrained", 9, 35.0), ("nearest", 9, 36.0), ("dpp", 9, 22.0)]
@@ -76,12 +68,6 @@ def test_the_strongest_baseline_is_none_that_has_a_column_and_not_the_control():
     assert resolved([STRONGEST], table, 9) == ["uniform"]
     with pytest.raises(ValueError, match="at a budget of 7"):
         resolved([STRONGEST], table, 7)
-
-
-def test_drawn_views_are_spread_and_a_single_one_is_the_middle():
-    assert spaced(9, 3).tolist() == [0, 4, 8]
-    assert spaced(9, 1).tolist() == [4]
-    assert spaced(2, 3).tolist() == [0, 1]
 
 
 @pytest.mark.parametrize("row", [0, -1])
@@ -99,16 +85,8 @@ def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
     settings = {"methods": ["all", "strongest"], "views": 2, "k": 8}
     evaluation = tmp_path / "evaluation.parquet"
     pd.DataFrame({"method": ["uniform"], "k": [8], "psnr": [20.0]}).to_parquet(evaluation)
-    qualitative(
-        scene,
-        *paths,
-        [evaluation],
-        figures,
-        numbers,
-        **settings,
-        reconstruction=RECONSTRUCTION,
-        facts=FACTS,
-    )
+    how = {"reconstruction": RECONSTRUCTION, "facts": FACTS}
+    qualitative(scene, *paths, [evaluation], figures, numbers, **settings, **how)
     table, targets = pd.read_csv(numbers), targets_of(scene)
     reconstructor = reconstructor_of(Capture.load(scene), RECONSTRUCTION)
     evaluate = Evaluator.on_frames(reconstructor, targets)
@@ -182,11 +160,3 @@ def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
     assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
     plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)
     assert plans.to_dict() == {c: picks[name, c, 0] for c, name in drawn.items()}
-
-
-def test_a_footnote_is_broken_to_the_figures_width():
-    figure = Figure(figsize=(2, 1))
-    footnote(figure, "word " * 30)
-    lines = figure.get_supxlabel().split("\n")
-    assert len(lines) > 3
-    assert max(map(len, lines)) <= 42

@@ -88,8 +88,7 @@ def test_one_seed_has_no_spread(tmp_path):
     problems, paths = written(
         tmp_path, {("s", "draw0"): {("less_is_more", 0, 10): 20.0, ("fvs", 0, 10): 19.0}}
     )
-    settings = {"datasets": {"d": "D"}, "budgets": [10]}
-    seedvar(
-        paths, tmp_path / "t.tex", tmp_path / "t.csv", problems=problems, **settings, facts=FACTS
-    )
-    assert r"D & 1 & -- \\" in (tmp_path / "t.tex").read_text()
+    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
+    settings = {"datasets": {"d": "D"}, "budgets": [10], "facts": FACTS}
+    seedvar(paths, *outputs, problems=problems, **settings)
+    assert r"D & 1 & -- \\" in outputs[0].read_text()

@@ -8,6 +8,7 @@ import pytest
 from evaluation_files import FACTS
 from selection_problems import capture_of
 from small_captures import ring
+from small_sweep import RECONSTRUCTION, run_trials
 
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import read_capture
@@ -20,7 +21,6 @@ from fsel.stages.describe import describe
 from fsel.synthetic import record
 
 ASKED = {"k": 6, "draws": 2, "targets": 4, "seed": 1}
-RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 
 
 def around(frames=24, size=(32, 24)):
@@ -31,12 +31,6 @@ def around(frames=24, size=(32, 24)):
     masks = np.zeros((frames, size[1], size[0]), bool)
     masks[:, 10:14, 14:18] = True
     return replace(capture, masks=masks)
-
-
-def test_the_reference_point_lies_on_the_object():
-    """Cameras look at the origin and masks sit in the middle of their images: it is the origin."""
-    found = from_capture(around(), np.arange(24))
-    np.testing.assert_allclose(found.center, np.zeros(3), atol=1e-9)
 
 
 def test_the_reference_point_by_hand():
@@ -117,16 +111,8 @@ def test_masks_of_a_family_come_through_at_the_working_size(stored):
 
 def test_every_method_is_measured_on_every_draw(stored, tmp_path):
     _, folder = stored
-    picks, output = [tmp_path / "a.parquet", tmp_path / "b.parquet"], tmp_path / "e.parquet"
     settings = {**ASKED, "long_side": RECONSTRUCTION["long_side"]}
-    asked = {"settings": settings, "config": "c"}
-    for path in picks:
-        TRIALS.select([folder], folder / "descriptors.parquet", [], path, **asked)
-    once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
-    pd.testing.assert_frame_equal(once, again)
-    further = {"reconstruction": RECONSTRUCTION, "metrics": METRICS}
-    TRIALS.evaluate([folder], picks[:1], output, **asked, **further)
-    table = pd.read_parquet(output)
+    _, table = run_trials(TRIALS, [folder], tmp_path, settings=settings, metrics=METRICS)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}
     assert (table.groupby(["draw", "method", "seed"]).size() == 4).all()

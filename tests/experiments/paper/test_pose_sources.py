@@ -7,20 +7,14 @@ import pandas as pd
 import pose_program
 import pytest
 from described_scene import filmed, save_described
+from evaluation_files import FACTS
+from small_sweep import run_trials
 
 from fsel.captures.images import files as image_files
 from fsel.core.capture import Capture
 from fsel.core.files import write_table
 from fsel.evaluation.summary import read_csv
 from fsel.experiments.paper.pose_sources import TRIALS, pair_poses, pose_sources
-
-FACTS = {
-    "embedded": [],
-    "real": ["mine"],
-    "reconstructor": "splats",
-    "long_side": 64,
-    "descriptor": "lab_hog",
-}
 
 
 def evaluation(path, given, other):
@@ -36,24 +30,16 @@ def evaluation(path, given, other):
 
 
 def test_both_sources_are_means_and_their_difference_is_paired(tmp_path):
-    pose_sources(
-        [evaluation(tmp_path / "a", 22, 21.5), evaluation(tmp_path / "b", 24, 23.0)],
-        tmp_path / "t.tex",
-        tmp_path / "t.csv",
-        scenes=[("mine", "a"), ("mine", "b")],
-        names=["COLMAP", "VGGT"],
-        budgets=[10],
-        metrics=["psnr"],
-        facts=FACTS,
-    )
+    paths = [evaluation(tmp_path / "a", 22, 21.5), evaluation(tmp_path / "b", 24, 23.0)]
+    asked = {"scenes": [("mine", "a"), ("mine", "b")], "names": ["COLMAP", "VGGT"]}
+    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
+    pose_sources(paths, *outputs, budgets=[10], metrics=["psnr"], facts=FACTS, **asked)
     found = read_csv(tmp_path / "t.csv").set_index(["method", "source"])["mean"]
     assert found["less_is_more", "given"] == 23
     assert found["less_is_more", "other"] == 22.25
     assert found["less_is_more", "difference"] == -0.75
     assert found["uniform", "given"] == 22
-    row = next(
-        line for line in (tmp_path / "t.tex").read_text().splitlines() if line.startswith("10 & ")
-    )
+    row = next(line for line in outputs[0].read_text().splitlines() if line.startswith("10 & "))
     assert [cell.strip() for cell in row.split("&")][1:3] == ["23.00", "22.25"]
     assert row.count("-0.75") == 1
     assert pytest.approx(found["uniform", "difference"]) == -0.75
@@ -69,14 +55,9 @@ def test_equal_poses_make_no_difference_whatever_their_world(tmp_path, world):
         shift = 3 * shift - turned @ np.array([1.0, -2, 0.5])
     poses = np.concatenate([turned, shift[..., None]], axis=2)
     replace(capture, world_to_camera=poses).save(tmp_path / "other")
-    how = {"settings": settings | {"seed": 1, "split_seed": 2}, "config": "c"}
-    folders, picks = [given, tmp_path / "other"], tmp_path / "picks.parquet"
-    TRIALS.select(folders, given / "descriptors.parquet", [], picks, **how)
-    reconstruction = {"name": "splats", "long_side": 32, "settings": {}}
-    measuring = {"reconstruction": reconstruction, "metrics": ["psnr"]}
-    TRIALS.evaluate(folders, [picks], tmp_path / "m.parquet", **how, **measuring)
-    table = pd.read_parquet(tmp_path / "m.parquet").groupby(["source", "method", "seed"])
-    psnr = table["psnr"].mean()
+    settings |= {"seed": 1, "split_seed": 2}
+    _, table = run_trials(TRIALS, [given, tmp_path / "other"], tmp_path, settings=settings)
+    psnr = table.groupby(["source", "method", "seed"])["psnr"].mean()
     assert len(psnr.loc["given"]) > 16
     np.testing.assert_allclose(psnr.loc["other"], psnr.loc["given"], atol=0.02)
 

@@ -10,14 +10,14 @@ from fsel.core.split import Split
 from fsel.evaluation.summary import ALL_FRAMES, read_csv
 from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.time_quality import cost_means
-from fsel.experiments.paper.transfer import SHOWN, transfer
-from fsel.stages.evaluate import evaluate
+from fsel.experiments.paper.transfer import SHOWN, evaluate_transfer, transfer
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 RECONSTRUCTORS = {
     "splats": {"reconstructor": "splats", "long_side": 96},
     "g_2": {"reconstructor": "g_2 (gaussians)", "long_side": 64},
 }
+TOLD = {"budgets": [30], "metrics": ["psnr"], "facts": FACTS}
 
 
 @pytest.fixture(scope="module")
@@ -38,16 +38,9 @@ def scene(tmp_path_factory):
 
 
 def test_the_picks_asked_for_are_measured_and_no_others(scene, tmp_path):
-    evaluate(
-        scene,
-        [scene / "split.parquet"],
-        [scene / "selections.parquet"],
-        [tmp_path / "t.parquet"],
-        reconstruction=RECONSTRUCTION,
-        metrics=["psnr"],
-        only={"method": list(SHOWN), "k": [3], "seed": [0]},
-        config="c",
-    )
+    paths = [scene / "split.parquet"], [scene / "selections.parquet"], [tmp_path / "t.parquet"]
+    how = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"], "budgets": [3]}
+    evaluate_transfer(scene, *paths, **how, config="c")
     table = pd.read_parquet(tmp_path / "t.parquet")
     found = table[["method", "seed", "k", "target"]].values.tolist()
     assert found == [[m, 0, 3, t] for m in ("fvs", "less_is_more") for t in (1, 9)]
@@ -70,15 +63,7 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
         problems, own = written(tmp_path / str(lead), values)
         paths += own
     outputs = [tmp_path / name for name in ("t.tex", "t.csv", "d.csv")]
-    transfer(
-        paths,
-        *outputs,
-        problems=problems,
-        reconstructors=RECONSTRUCTORS,
-        budgets=[30],
-        metrics=["psnr"],
-        facts=FACTS,
-    )
+    transfer(paths, *outputs, problems=problems, reconstructors=RECONSTRUCTORS, **TOLD)
     means = read_csv(outputs[1]).set_index(["reconstructor", "method"])["mean"]
     assert means["splats", "random"] == means["g_2", "random"] == 22
     assert (means["splats", "less_is_more"], means["g_2", "less_is_more"]) == (23, 25)
@@ -101,22 +86,24 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
 ASKED = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "ssim"], "budgets": [3]}
 
 
-def test_few_frames_and_all_are_measured_alone(scene, tmp_path):
-    paths = scene / "split.parquet", scene / "selections.parquet", tmp_path / "r.parquet"
-    evaluate_reconchoice(scene, *paths, **ASKED, memory=10**9, config="c")
+def chosen(scene, folder, memory):
+    paths = scene / "split.parquet", scene / "selections.parquet", folder / "r.parquet"
+    evaluate_reconchoice(scene, *paths, **ASKED, memory=memory, config="c")
     table = pd.read_parquet(paths[2]).set_index("k")
     assert table.index.tolist() == [3, ALL_FRAMES]
+    return table
+
+
+def test_few_frames_and_all_are_measured_alone(scene, tmp_path):
+    table = chosen(scene, tmp_path, 10**9)
     assert (table.drop(columns=["device", "outcome"]) > 0).all(axis=None)
     assert set(table["device"] + table["outcome"]) == {"cpu"}
     assert table.loc[ALL_FRAMES, "psnr"] > table.loc[3, "psnr"] + 3
 
 
 def test_what_does_not_fit_the_memory_is_a_result(scene, tmp_path):
-    paths = scene / "split.parquet", scene / "selections.parquet", tmp_path / "r.parquet"
-    evaluate_reconchoice(scene, *paths, **ASKED, memory=0, config="c")
-    table = pd.read_parquet(paths[2])
-    assert table["k"].tolist() == [3, ALL_FRAMES]
-    assert table.drop(columns=["k", "device", "outcome"]).isna().all(axis=None)
+    table = chosen(scene, tmp_path, 0)
+    assert table.drop(columns=["device", "outcome"]).isna().all(axis=None)
     assert table["outcome"].tolist() == ["out of memory"] * 2
 
 
@@ -139,12 +126,8 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     means = cost_means(full, ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
     assert np.isnan(means["psnr"][ALL_FRAMES])
-    told = {
-        "reconstructors": RECONSTRUCTORS,
-        "metrics": ["psnr"],
-        "memory": 8 * 10**9,
-        "facts": FACTS,
-    }
+    told = {"metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    told["reconstructors"] = RECONSTRUCTORS
     reconchoice([*fits, *full], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     lines = (tmp_path / "r.tex").read_text().splitlines()
     assert r"$K{=}20$ & 20.00 & 1.5 & 4 & 20.00 & 1.5 & 4 \\" in lines
@@ -153,9 +136,8 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
 
 
 def test_a_gpu_is_named_where_one_was_used(tmp_path):
-    path = tmp_path / "g.parquet"
-    columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
-    pd.DataFrame([(20, 20.0, 1.0, 0.5, 4e6, "H_1", "")], columns=columns).to_parquet(path)
+    (path,) = choice(tmp_path, [(22.0, 3.0, 8e6)])
+    pd.read_parquet(path).assign(device="H_1").to_parquet(path)
     named = {"g_2": RECONSTRUCTORS["g_2"]}
     told = {"reconstructors": named, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
     reconchoice([path], tmp_path / "r.tex", tmp_path / "r.csv", **told)
@@ -170,14 +152,8 @@ def test_what_did_not_finish_is_said_in_the_place_of_numbers(tmp_path):
     table.loc[table["method"] == "random", ["psnr", "outcome"]] = np.nan, "timeout"
     table.to_parquet(paths[1])
     outputs = [tmp_path / name for name in ("t.tex", "t.csv", "d.csv")]
-    told = {"budgets": [30], "metrics": ["psnr"], "facts": FACTS}
-    transfer(
-        paths,
-        *outputs,
-        problems=problems,
-        reconstructors={"splats": RECONSTRUCTORS["splats"]},
-        **told,
-    )
+    named = {"splats": RECONSTRUCTORS["splats"]}
+    transfer(paths, *outputs, problems=problems, reconstructors=named, **TOLD)
     lines = outputs[0].read_text().splitlines()
     assert r"Random & \textit{timeout} &  &  \\" in lines
     means = read_csv(outputs[1]).set_index("method")

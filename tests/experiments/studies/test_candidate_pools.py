@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from described_scene import write_scene
 from evaluation_files import FACTS
+from small_sweep import run_trials
 
 from fsel.core.split import Split
 from fsel.experiments.studies.candidate_pools import OURS, SETTINGS, TRIALS, candidate_pools
@@ -20,11 +21,9 @@ def test_each_block_keeps_to_its_pool(tmp_path):
     weights = tmp_path / "less_is_more.safetensors"
     Network(random_weights(3), {"policy": "less_is_more", "made by": "a test"}).save(weights)
     rule = pretrained.FOLDER / pretrained.FILES["fsel"]
-    picks = tmp_path / "picks.parquet"
-    described = folder / "descriptors.parquet"
-    asked = {"splits": [split], "settings": {"budgets": [4], "seeds": [1]}, "config": "c"}
-    TRIALS.select([folder], described, [weights, rule], picks, **asked)
-    found, roles = pd.read_parquet(picks), Split.load(split)
+    asked = {"splits": [split], "settings": {"budgets": [4], "seeds": [1]}}
+    found, measured = run_trials(TRIALS, [folder], tmp_path, [weights, rule], **asked)
+    roles = Split.load(split)
     pool = {"candidates": roles.candidates}
     pool |= dict.fromkeys(("observed", "targets"), np.union1d(roles.candidates, roles.proxies))
     for (kind, _), part in found.groupby(["setting", "method"]):
@@ -32,11 +31,6 @@ def test_each_block_keeps_to_its_pool(tmp_path):
     by = found.groupby("setting")["method"].agg(set)
     assert by["candidates"] == by["observed"] == {*PAPER, OURS.name}
     assert by["targets"] == {"nearest", "fsel", OURS.name}
-    reconstruction = {"name": "splats", "long_side": 32, "settings": {}}
-    output = tmp_path / "pools.parquet"
-    measuring = {"reconstruction": reconstruction, "metrics": ["psnr"]}
-    TRIALS.evaluate([folder], [picks], output, **asked, **measuring)
-    measured = pd.read_parquet(output)
     assert len(measured) == len(found) / 4 * len(roles.targets)
 
 

@@ -64,14 +64,11 @@ def test_a_new_frame_sees_what_its_old_one_saw():
         np.testing.assert_array_equal(np.sort(seen), np.sort(expected))
 
 
-def described(n):
-    rng = np.random.default_rng(0)
-    return random_capture(n), rng.random((n, 3)).astype(np.float32), rng.random(n)
-
-
 @pytest.mark.parametrize("pool", [12, 40, 300])
 def test_a_problem_has_the_asked_pool(pool):
-    problem = problem_of_size(*described(30), pool=pool, targets=4)
+    rng = np.random.default_rng(0)
+    described = rng.random((30, 3)).astype(np.float32), rng.random(30)
+    problem = problem_of_size(random_capture(30), *described, pool=pool, targets=4)
     assert len(problem.observed) == pool
     assert len(problem.targets) == len(problem.proxies) == 4
     assert len(problem.descriptors) == len(problem.sharpness) == pool + 4
@@ -80,9 +77,7 @@ def test_a_problem_has_the_asked_pool(pool):
 @pytest.mark.parametrize(("seconds", "runs"), [(0.1, 5), (0.4, 3), (7.0, 1)])
 def test_slow_runs_are_repeated_less(monkeypatch, seconds, runs):
     clock = [0.0]
-    monkeypatch.setattr(
-        "fsel.experiments.studies.selection_time.time.perf_counter", lambda: clock[0]
-    )
+    monkeypatch.setattr("time.perf_counter", lambda: clock[0])
     calls = []
 
     def run():
@@ -196,17 +191,9 @@ def wall(distance):
     x, y = np.meshgrid(np.linspace(-4, 4, 120), np.linspace(-4, 4, 120))
     rest = [[(distance - 1) / 2], [0.9], [distance / 2]]
     rows = [x.ravel(), y.ravel(), *np.tile(rest, x.size)]
-    model = SplatModel(
-        frame=frame,
-        splats=np.array(rows, np.float32),
-        colors=np.zeros((x.size, 3), np.float32),
-        near=0.25,
-        far=25.0,
-        surface=0.1,
-        pixel=1 / 16,
-        seconds=0.0,
-    )
-    return model, views
+    reach = {"near": 0.25, "far": 25.0, "surface": 0.1, "pixel": 1 / 16, "seconds": 0.0}
+    splats, colors = np.array(rows, np.float32), np.zeros((x.size, 3), np.float32)
+    return SplatModel(frame=frame, splats=splats, colors=colors, **reach), views
 
 
 def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():

@@ -41,7 +41,6 @@ def cross_split(
         held_out: the pass, one of `capture.sequences`.
         others: further passes of which no frame may be selected.
         targets: how many are drawn from that half; None for all of it.
-        rng: which draws them.
 
     Raises:
         ValueError: when the other passes have fewer frames than there are targets, or the half
@@ -89,7 +88,6 @@ def trials(
     Args:
         held_out: passes held out in turn, of none of which frames may be selected; without any,
             each pass in turn, the others being selected from.
-        every: keep every n-th frame of each pass.
         targets: drawn of each; None for all of the nearer half, in one draw.
 
     Raises:

@@ -53,7 +53,6 @@ def ga_vs_learned(
 
     Args:
         searched: what the job of `TRIALS` wrote, one a scene.
-        scenes: of each of `searched`.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
     """
     swept = sweep_cells(problems, evaluations, facts=facts)

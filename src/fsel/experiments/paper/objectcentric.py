@@ -66,7 +66,6 @@ def trials(
     """Yield a trial for each draw of targets.
 
     Args:
-        targets: of a draw.
         long_side: pixels of the images that are compared, at which masks are counted.
     """
     small = capture.resized(long_side)

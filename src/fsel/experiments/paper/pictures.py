@@ -55,7 +55,6 @@ class Shown:
         title: heading, line breaks allowed.
         rendered: (T, h, w, 3) float32 in [0, 1].
         psnr: (T,) of each view, dB.
-        frames: selected frames, drawn from above.
     """
 
     title: str
@@ -97,9 +96,7 @@ def draw_views(
     """Targets rendered from each selection, its cameras from above below them.
 
     Args:
-        capture: at the pictures' size or larger.
         picked: method, k, order, name of one seed; frames are found in the capture by their names.
-        evaluation: from which `strongest` is found.
         targets: (T,) held-out frames.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the processor's seconds of its reconstruction
@@ -108,7 +105,6 @@ def draw_views(
             that is not among them.
         views: targets drawn, evenly spaced in capture order; one is the middle one.
         k: frames; `all` takes its own number.
-        note: what made the numbers.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
     tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})
@@ -176,9 +172,6 @@ def draw(
     Args:
         truth: (T, h, w, 3) uint8.
         places: (N, 2) cameras from above.
-        targets: all held-out frames, drawn from above.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
     """
     rows, (height, width) = len(truth), truth.shape[1:3]
     wide = TEXT / (len(columns) + 1)

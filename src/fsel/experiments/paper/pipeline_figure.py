@@ -45,7 +45,6 @@ def pipeline_figure(
     Args:
         folders, splits, labels: canonical captures, their splits at all coverage levels and their
             searched subsets, one a panel; the population of the last is drawn.
-        trajectories: of all scenes.
         numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
             `plan`, order, frame, x, y in world units.
         scenes: coverage level, ascending, of each panel -> its scene among the trajectories.
@@ -84,7 +83,6 @@ def _drawn(
     """Draw the search's population over generations, and trajectories of labels from above.
 
     Args:
-        population: see `met_until`.
         plans: title -> (N, 2) cameras from above, (H,) targets, (K,) frames in the label's order.
     """
     from matplotlib.ticker import MaxNLocator  # here: jobs that draw nothing do without

@@ -45,7 +45,6 @@ def pair_poses(
         poses: the other source, as `fsel.captures.read.read_folder` takes it.
         model: folder of a COLMAP model inside the source, for `poses="file"`.
         long_side: of the images stored, pixels.
-        at_least: frames that the experiment needs.
         reading: further keywords of `fsel.captures.read.read_folder`.
 
     Raises:
@@ -83,9 +82,7 @@ def trials(
     """Yield every draw with both sources of poses, to select and to reconstruct by.
 
     Args:
-        given, other: captures of the same frames.
         draws: of targets, the same for both: chance alone decides them.
-        split_seed: of the scene's draws of targets.
     """
     for draw in range(draws):
         for source, capture in ((GIVEN, given), (OTHER, other)):

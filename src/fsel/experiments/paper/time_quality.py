@@ -49,7 +49,6 @@ def costs_alone(
 
     Args:
         subsets: k (`ALL_FRAMES` for all) -> frames.
-        targets, metrics, limits: see `measure_alone`.
 
     Returns:
         k, the metrics, the columns of `UNITS`, device, outcome; numbers are NaN where a
@@ -136,7 +135,6 @@ def time_quality(
 
     Args:
         evaluations: what `fsel.stages.evaluate` wrote of the sweep's selections, one a problem.
-        variant: what the jobs of `TRIALS` wrote, one a scene.
         costs, times: what `measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
     """
@@ -178,7 +176,6 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
 
     Args:
         cells: dataset, scene, draw, method, k, psnr of one dataset.
-        costs: see `cost_means`.
         times: variant, k, seconds; one row a scene.
 
     Returns:

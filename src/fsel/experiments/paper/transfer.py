@@ -66,9 +66,7 @@ def transfer(
             of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
-        problems: `dataset/scene/draw0` of each evaluation of one reconstructor.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
-        budgets: one group of columns each.
     """
     each = of_each(evaluations, reconstructors)
     cells = {name: sweep_cells(problems, own, metrics, facts=facts) for name, own in each.items()}

@@ -34,7 +34,6 @@ def qualitative(
     Args:
         folder: a canonical capture of the scene with images large enough.
         selections: what `fsel.stages.select` wrote for it; the first seed of each is shown.
-        evaluations: of the scene's draws.
         numbers, views, k, methods: see `pictures.draw_views`.
     """
     capture, roles = Capture.load(folder), read_table(split)

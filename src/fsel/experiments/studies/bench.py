@@ -1,8 +1,4 @@
-"""Cost of a setting of the reconstructor, and its worth against exact depth.
-
-Seconds are those of one reconstruction with nothing cached, which no evaluator gives: it shares
-what subsets have in common.
-"""
+"""Cost of a setting of the reconstructor with nothing cached, and its worth against exact depth."""
 
 from __future__ import annotations
 
@@ -69,7 +65,6 @@ def benches(
 
     Args:
         generated: keywords of `true_depth`; None where depth is not known.
-        k: frames to reconstruct from.
     """
     for folder, split, made in zip(folders, splits, generated, strict=True):
         posed, targets = Problem.load(folder, split), Split.load(split).targets
@@ -227,8 +222,6 @@ def speed_settings(
     Args:
         numbers: receives setting, value, default, and means over the problems of what
             `bench.measure_cold` returns, `seconds` being fit and rendering together.
-        generated: see `bench.benches`.
-        k: frames reconstructed from.
     """
     rows = []
     for place in benches(folders, splits, generated, k, reconstruction):

@@ -53,8 +53,6 @@ def economy(
     Args:
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
-        generated: see `bench.benches`.
-        k: frames reconstructed from.
     """
     rows = []
     for place in benches(folders, splits, generated, k, reconstruction):

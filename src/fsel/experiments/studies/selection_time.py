@@ -130,8 +130,6 @@ def selection_time(
         folder: a canonical capture, refilmed at other frame rates to make the pools.
         weights: scorers of the learned methods; the first of each is timed.
         table, numbers: receive LaTeX, and method, k, pool, descriptors, selection in seconds.
-        pools: frames that a baseline may pick.
-        targets: of each problem.
     """
     capture = Capture.load(folder)
     images = np.asarray(capture.images)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
-from fsel.evaluation.figures import COLORS, MARKERS, TEXT, name_axes, new_figure, save, style
+from fsel.evaluation.figures import COLORS, DASHES, MARKERS, TEXT, name_axes, new_figure, save
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
@@ -42,7 +42,6 @@ def speed_error(
 
     Args:
         times: what `fsel.experiments.studies.selection_time` wrote; its smallest pool is drawn.
-        settings: what `speed_settings` wrote.
         evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
         subsets, labels: searched subsets, of those problems and of training scenes.
         table, numbers: receive LaTeX, and the numbers of every panel.
@@ -190,7 +189,6 @@ def draw(
         settings: setting, value, default, seconds, depth_error, psnr.
         curves: search, evaluations, gap.
         selected: what was timed, in words.
-        k: frames that the search picks.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -200,7 +198,7 @@ def draw(
     first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
     name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
     for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
-        line = style(number) | {"marker": ""}
+        line = {"color": COLORS[number], "linestyle": DASHES[number], "linewidth": 1.1}
         second.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
     name_axes(second, "subsets reconstructed", "PSNR behind the search's end (dB)")
     second.set_ylim(bottom=0)

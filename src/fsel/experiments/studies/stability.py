@@ -32,22 +32,18 @@ def stability(table: File, numbers: File) -> None:
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
     result = pd.DataFrame(rows)
     write_csv(result, numbers, form="%.3g")
-    write_text(_table(result), table)
-
-
-def _table(result: pd.DataFrame) -> str:
-    held = int(result["holds"].sum())
-    rows = []
+    cells, held = [], int(result["holds"].sum())
     for row in result.itertuples():
         words = map(tex, (row.case, row.expected, row.observed))
-        rows.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}"])
-    return plain_table(
+        cells.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}"])
+    text = plain_table(
         ["Case", "Asked", "Observed", "Error", "Allowed"],
-        rows,
-        caption=rf"\textbf{{Hard cases.}} {held} of {len(result)} hold. Every case asks for finite "
-        "numbers and no warning; of cameras and columns also that every method returns at every "
-        "budget, and that a reconstruction renders. Error: largest deviation from the float64 or "
-        "exact answer; allowed: what rounding explains.",
+        cells,
+        caption=rf"\textbf{{Hard cases.}} {held} of {len(result)} hold. Every case "
+        "asks for finite numbers and no warning; of cameras and columns also that every method "
+        "returns at every budget, and that a reconstruction renders. Error: largest deviation from "
+        "the float64 or exact answer; allowed: what rounding explains.",
         label="tab:stability",
         columns=r"p{.17\linewidth}p{.24\linewidth}p{.35\linewidth}rr",
     )
+    write_text(text, table)

@@ -82,12 +82,8 @@ SIZES = {
 
 
 @every
-def test_parameters_by_hand(name):
+def test_parameters_by_hand_and_equal_seeds_equal_scores(name):
     assert sum(array.numel() for array in network(name).parameters()) == SIZES[name]
-
-
-@every
-def test_equal_seeds_equal_scores(name):
     given = steps()
     first, second, other = (scores(network(name, seed), given) for seed in (0, 0, 1))
     assert first.shape == (6, 11)
@@ -100,12 +96,8 @@ def test_equal_seeds_equal_scores(name):
 def test_the_order_of_candidates_matters_only_where_it_is_meant_to(name):
     given = steps()
     order = torch.from_numpy(np.random.default_rng(5).permutation(11))
-    shuffled = Steps(
-        given.features[:, order],
-        given.selectable[:, order],
-        torch.argsort(order)[given.picks],
-        given.views[order],
-    )
+    moved = given.features[:, order], given.selectable[:, order]
+    shuffled = Steps(*moved, torch.argsort(order)[given.picks], given.views[order])
     net = network(name)
     expected, found = scores(net, given)[:, order], scores(net, shuffled)
     if name in ORDERED:
@@ -131,11 +123,9 @@ def test_a_step_knows_nothing_of_its_own_pick_or_of_later_ones(name):
 @every
 def test_the_last_step_of_a_prefix_is_that_step_of_the_whole(name):
     given, step = steps(), 4
-    part = Steps(
-        given.features[: step + 1], given.selectable[: step + 1], given.picks[: step + 1] * 0,
-        given.views,
-    )  # fmt: skip
-    part.picks[:step] = given.picks[:step]
+    past = torch.cat([given.picks[:step], torch.zeros(1, dtype=torch.int64)])
+    seen = given.features[: step + 1], given.selectable[: step + 1]
+    part = Steps(*seen, past, given.views)
     net = network(name)
     np.testing.assert_allclose(scores(net, part)[-1], scores(net, given)[step], atol=1e-5)
 

@@ -29,10 +29,6 @@ def raw(name, picked=(), **changes):
     return EXTRAS[name].raw(by_hand(**changes), list(picked))
 
 
-def test_worst_case_by_hand():
-    np.testing.assert_array_equal(raw("worst_case"), [[4, 0.2, 0.1], [2, 0.4, 0.5], [3, 0.6, 0.2]])
-
-
 def test_capture_context_is_the_same_for_all():
     np.testing.assert_allclose(raw("capture_context"), [[7 / 3, np.log(3), 0.2]] * 3)
     scaled = EXTRAS["capture_context"].scale(raw("capture_context"), np.ones(3, bool))
@@ -58,14 +54,6 @@ def test_soft_aggregates_by_hand():
     assert ((low < found[:, 0]) & (found[:, 0] < mean)).all()
     high = by_hand().likeness.max(axis=1)
     assert (found[:, 2] <= high).all()
-
-
-def test_mean_redundancy_by_hand():
-    found = raw("mean_redundancy", [0, 2])
-    np.testing.assert_allclose(found[:, 0], [2, 2, 2])
-    np.testing.assert_allclose(found[:, 1], [np.pi / 2] * 3)
-    np.testing.assert_allclose(found[:, 2], [0.5, 0.7, 0.5])
-    np.testing.assert_allclose(raw("mean_redundancy", [0])[:, 0], [0, 3, 4])
 
 
 def test_set_aware_trio_by_hand():

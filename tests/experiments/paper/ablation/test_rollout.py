@@ -6,12 +6,9 @@ from selection_problems import random_problem
 
 from fsel.experiments.paper.ablation.extras import EXTRAS, over_step, relations
 from fsel.experiments.paper.ablation.trials import PartialRollout, view_inputs
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import FEATURES
-from fsel.selectors.greedy import greedy
 from fsel.selectors.policies import POLICIES
 from fsel.selectors.rollout import Rollout, follow, pick
-from fsel.selectors.scorer import Network
 
 PICKS = np.array([5, 0, 11, 7])
 
@@ -29,13 +26,6 @@ def test_with_all_features_it_is_what_the_deployed_scorer_sees():
     expected, left = follow(Rollout(prepared), PICKS)
     np.testing.assert_array_equal(features, expected)
     np.testing.assert_array_equal(selectable, left)
-
-
-def test_with_the_deployed_scorer_it_picks_what_that_picks():
-    rollout, prepared, _ = started()
-    scorer = Network(random_weights(0))
-    rows = pick(rollout, lambda features, left, past: scorer.scores(features[-1]), 10)
-    np.testing.assert_array_equal(rows, greedy(prepared, scorer, 10)[0])
 
 
 def test_columns_that_are_not_shown_are_zero_and_the_others_unchanged():

@@ -63,12 +63,10 @@ def test_the_configurations_are_43_and_differ():
     contents = {tuple(value for key, value in row.items() if key != "number") for row in rows}
     assert len(contents) == 43
     assert all(rows[0][name] for name in FEATURES)
+    assert list(SYMBOLS) == list(FEATURES)
     groups = [row["added"] for row in rows if row["added"]]
     assert sorted(groups) == sorted(EXTRAS)
-
-
-def test_a_group_never_hides_a_feature_that_is_shown():
-    for row in configurations():
+    for row in rows:  # a group never hides a feature that is shown
         if row["added"] and row["added"] != "rank_normalised":
             assert not any(row[name] for name in EXTRAS[row["added"]].replaces)
 
@@ -103,11 +101,6 @@ def test_what_the_lists_may_hold_is_what_the_library_has():
     assert row["items"]["properties"]["added"]["enum"] == ["", *EXTRAS]
 
 
-def test_every_feature_has_a_symbol():
-    assert list(SYMBOLS) == list(FEATURES)
-    assert len(set(SYMBOLS.values())) == 18
-
-
 @pytest.fixture(scope="module")
 def labelled(tmp_path_factory):
     """A capture with two coverage levels' labels, drawn at random, and two draws of targets."""
@@ -130,17 +123,9 @@ def labelled(tmp_path_factory):
         parts.append(pd.DataFrame(drawn.table(capture.names)).assign(coverage=coverage))
     pd.concat(parts).to_parquet(folder / "splits.parquet")
     features(folder, [folder / "splits.parquet"], [folder / "features.parquet"], config="x")
-    order(
-        [folder],
-        [folder / "splits.parquet"],
-        [folder / "features.parquet"],
-        labels.values(),
-        folder / "trajectories.parquet",
-        scenes={"s": "train"},
-        coverages={"s": list(labels)},
-        kept=2,
-        config="x",
-    )
+    read = [[folder / "splits.parquet"], [folder / "features.parquet"], labels.values()]
+    roles = {"scenes": {"s": "train"}, "coverages": {"s": list(labels)}}
+    order([folder], *read, folder / "trajectories.parquet", **roles, kept=2, config="x")
     splits = [folder / f"draw{n}.parquet" for n in range(2)]
     split(folder, splits, targets=5, seed=1, config="x")
     return capture, folder, splits
@@ -149,23 +134,11 @@ def labelled(tmp_path_factory):
 def tried(labelled, output, seeds=2, k=4, **case):
     _, folder, splits = labelled
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
-    trial_case(
-        [folder],
-        [folder / "splits.parquet"],
-        folder / "trajectories.parquet",
-        [folder],
-        splits,
-        output,
-        trial=output.stem,
-        case=settings | case,
-        scenes=["s"],
-        problems=[f"d/v/draw{n}" for n in range(len(splits))],
-        k=k,
-        seeds=seeds,
-        epochs=1,
-        learning_rate=1e-3,
-        config="x",
-    )
+    labels = [folder], [folder / "splits.parquet"], folder / "trajectories.parquet"
+    asked = {"trial": output.stem, "case": settings | case, "scenes": ["s"], "k": k}
+    asked["problems"] = [f"d/v/draw{n}" for n in range(len(splits))]
+    training = {"seeds": seeds, "epochs": 1, "learning_rate": 1e-3}
+    trial_case(*labels, [folder], splits, output, **asked, **training, config="x")
     return pd.read_parquet(output)
 
 
@@ -198,10 +171,9 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
         paths[name] = tmp_path / f"{name}.parquet"
         tried(labelled, paths[name], seeds=1)
     output = tmp_path / "measured.parquet"
-    TRIALS.evaluate(
-        [folder], [*paths.values()], output, splits=splits, config="x", metrics=METRICS,
-        settings={"dataset": "d", "scene": "v"}, reconstruction=RECONSTRUCTION,
-    )  # fmt: skip
+    how = {"settings": {"dataset": "d", "scene": "v"}, "reconstruction": RECONSTRUCTION}
+    how |= {"splits": splits, "metrics": METRICS, "config": "x"}
+    TRIALS.evaluate([folder], [*paths.values()], output, **how)
     table = pd.read_parquet(output)
     assert table["k"].unique().tolist() == [4]
     found = table.groupby(["method", "draw"])[list(METRICS)].mean()
@@ -210,9 +182,8 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
     for draw, path in enumerate(splits):
         picks = pd.read_parquet(paths["a"]).query("draw == @draw")["frame"].to_numpy()
         evaluate = Evaluator.on_frames(reconstructor, Split.load(path).targets)
-        np.testing.assert_allclose(
-            found.loc[("a", draw), list(METRICS)].astype(float), evaluate(picks)
-        )
+        measured = found.loc[("a", draw), list(METRICS)].astype(float)
+        np.testing.assert_allclose(measured, evaluate(picks))
         assert found.loc[("b", draw), "psnr"] == found.loc[("a", draw), "psnr"]
 
 
@@ -250,6 +221,14 @@ def shifted(*shifts):
     }
 
 
+def written(folder, psnr, measured, trials) -> str:
+    labels = {name: SCORERS[name]["label"] for name in psnr}
+    paths = folder / "t.tex", folder / "t.csv"
+    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS | {"epochs": 4}}
+    scorer_arch(measured, [*trials.values()], *paths, **settings)
+    return paths[0].read_text()
+
+
 def test_differences_to_the_reference_by_hand(tmp_path):
     psnr = {
         "wider": shifted(1.0, 1.0, 1.0, 1.0),
@@ -266,18 +245,14 @@ def test_differences_to_the_reference_by_hand(tmp_path):
     assert table.loc["rnn", "difference_low"] < 0 < table.loc["rnn", "difference_high"]
     assert table["parameters"].tolist() == [1000, 1001, 1002]
     assert table.loc["less_is_more", ["loss", "seeds", "draws", "n"]].tolist() == [4.5, 2, 2, 2]
-    paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    labels = {name: SCORERS[name]["label"] for name in psnr}
-    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS | {"epochs": 4}}
-    scorer_arch(measured, [*trials.values()], *paths, **settings)
-    text = paths[0].read_text()
+    text = written(tmp_path, psnr, measured, trials)
     assert r"Wider MLP (256 units) & 1,000 & $\mathbf{+1.00}$ {\tiny$[+1.00,+1.00]$}" in text
     assert r"3-layer MLP (ours) & 1,001 & $0$ \\" in text
     assert r"RNN-based sequential scorer & 1,002 & $+0.50$" in text
     for part in ("$K{=}20$ on 2 validation scenes", "2 target draws", "2 training seeds", "4 pass"):
         assert part in text
     assert "zero ($1$ of $2$)" in text
-    assert pd.read_csv(paths[1])["difference"].tolist()[::2] == [1.0, 0.5]
+    assert pd.read_csv(tmp_path / "t.csv")["difference"].tolist()[::2] == [1.0, 0.5]
 
 
 def test_a_trial_that_did_not_finish_is_not_the_reference(tmp_path):
@@ -286,11 +261,7 @@ def test_a_trial_that_did_not_finish_is_not_the_reference(tmp_path):
     table = pd.read_parquet(measured[0]).assign(outcome="")
     table.loc[table["method"] == "rnn", ["psnr", "outcome"]] = np.nan, "timeout"
     table.to_parquet(measured[0])
-    labels = {name: SCORERS[name]["label"] for name in psnr}
-    paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS | {"epochs": 4}}
-    scorer_arch(measured, [*trials.values()], *paths, **settings)
-    text = paths[0].read_text()
+    text = written(tmp_path, psnr, measured, trials)
     assert r"3-layer MLP (ours) & 1,000 & $0$ \\" in text
     assert r"RNN-based sequential scorer & 1,001 &  \\" in text
     assert "$20.00$" in text

@@ -187,13 +187,7 @@ class ViewAttention(nn.Module):
 def encoder(layers: int) -> nn.TransformerEncoder:
     """Build a transformer encoder without dropout, normalised before each layer."""
     layer = nn.TransformerEncoderLayer(
-        WIDTH,
-        HEADS,
-        dim_feedforward=2 * WIDTH,
-        dropout=0.0,
-        activation="gelu",
-        batch_first=True,
-        norm_first=True,
+        WIDTH, HEADS, 2 * WIDTH, dropout=0.0, activation="gelu", batch_first=True, norm_first=True
     )
     return nn.TransformerEncoder(layer, layers, enable_nested_tensor=False)
 

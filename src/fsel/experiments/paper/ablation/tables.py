@@ -54,7 +54,6 @@ def feature_sweep(
         trials: what `trials.trial_case` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         cases: name -> its `shown` and `added`, in the table's order.
-        facts: see `fsel.evaluation.latex.made_by`; and `epochs` of the training.
     """
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, reference)
@@ -118,7 +117,6 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
     """Compare every trial with a reference.
 
     Args:
-        cells: see `fsel.experiments.scheme.cells_of`.
         trials: name -> what `trials.trial_case` wrote, in order.
 
     Returns:

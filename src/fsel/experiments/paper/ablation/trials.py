@@ -34,7 +34,6 @@ class PartialRollout(Rollout):
     """A `Rollout` with some features withheld, or others in their place.
 
     Args:
-        prepared: see `fsel.selectors.policies.Policy.prepare`.
         scene: relations of the same pool; read by `added` alone.
         shown: features whose inputs are not held at zero.
         added: three further features, or None.
@@ -107,14 +106,10 @@ def trial_case(
 
     Args:
         folders, splits: canonical captures of the labelled scenes, and their splits.
-        validation_folders: canonical captures of the validation scenes.
         validation_splits: split.parquet of every draw of each of them.
         picks: receives method, seed, dataset, scene, draw, k, frame, and of the training:
             parameters, loss and agreement on the training trajectories after the last pass.
         trial: name of the case, which is the method of its picks.
-        case: what to train, see `TrialCase`.
-        scenes: names of the labelled scenes.
-        problems: `dataset/scene/draw0` of each of `validation_splits`.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 

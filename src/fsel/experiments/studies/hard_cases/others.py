@@ -148,7 +148,6 @@ def wall(depth: float, odd: float | None = None) -> Capture:
 
     Args:
         depth: of the plane, world units; baselines and paint are in proportion.
-        odd: depth of a twentieth of the points.
     """
     n, count = 12, 200
     place = np.zeros((n, 3))
