@@ -9,7 +9,9 @@ from selection_problems import capture_of, random_capture
 
 from fsel.core.files import repeated, stacked
 from fsel.core.geometry import pose_distance
-from fsel.core.split import COVERAGES, Split, coverage_split, evaluation_split, splits_in
+from fsel.core.split import Split, coverage_split, evaluation_split, splits_in
+
+COVERAGES = (25, 40, 60, 80, 100)
 
 
 def splits(capture):

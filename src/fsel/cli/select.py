@@ -174,8 +174,8 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
-        what += "" if checked.focus else " and as many beside them"
-        what += " (--targets says otherwise)"
+        beside = "" if checked.focus else " and as many beside them"
+        what += f"{beside} (--targets says otherwise)"
     console.say("targets", what)
     if far := targets.far.sum():
         console.warn(f"{far} of {len(targets.views)} target views lie far from every camera")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -183,14 +183,15 @@ class Capture:
         if scale >= 1:
             return self
         new = (max(1, round(width * scale)), max(1, round(height * scale)))
+        shrunk = partial(cv2.resize, dsize=new, interpolation=cv2.INTER_AREA)
         factors = np.array([new[0] / width, new[1] / height])
         masks = None
         if self.masks is not None:
-            masks = np.stack([_shrink(m.astype(np.float32), new) > 0.5 for m in self.masks])
+            masks = np.stack([shrunk(mask.astype(np.float32)) > 0.5 for mask in self.masks])
         return replace(
             self,
             intrinsics=self.intrinsics * np.tile(factors, 2),
-            images=np.stack([_shrink(np.asarray(image), new) for image in self.images]),
+            images=np.stack([shrunk(np.asarray(image)) for image in self.images]),
             masks=masks,
         )
 
@@ -238,7 +239,3 @@ def _save_array(array: np.ndarray, path: Path) -> None:
     if stored is None or Path(stored) != path.resolve():
         with atomic(path) as temporary, temporary.open("wb") as file:
             np.save(file, np.ascontiguousarray(array))
-
-
-def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    return cv2.resize(image, size, interpolation=cv2.INTER_AREA)

@@ -37,14 +37,9 @@ def centered(points: np.ndarray) -> np.ndarray:
 
 
 def spread(centers: np.ndarray) -> tuple[np.ndarray, float]:
-    """Measure camera centres so that a few wrong ones among many change little.
+    """Return (N,) distances of (N, 3) centres from their median, and a spread for most of them.
 
-    Args:
-        centers: (N, 3) float64, world units.
-
-    Returns:
-        (N,) distances from the median centre, and their 95th percentile; the largest distance
-        where that percentile is zero.
+    It is the distances' 95th percentile, or the largest where that is zero; world units.
     """
     distance = np.linalg.norm(centers - np.median(centers, axis=0), axis=1)
     return distance, float(np.percentile(distance, 95) or distance.max())

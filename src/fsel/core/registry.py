@@ -56,14 +56,9 @@ class Registry(MutableMapping[str, Entry]):
 
     def __getitem__(self, name: str) -> Entry:
         """Return the entry; KeyError for a name that is not registered, else see `checked`."""
-        if name not in self._found:
-            self._found[name] = self._imported(self.homes[name], name)
-        return self._found[name]
-
-    def __repr__(self) -> str:
-        return f"<{counted(len(self), self.kind)}: {', '.join(self)}>"
-
-    def _imported(self, home: str, name: str) -> Entry:
+        if name in self._found:
+            return self._found[name]
+        home = self.homes[name]
         module, _, attribute = home.partition(":")
         try:
             entry: Entry = attrgetter(attribute)(import_module(module))
@@ -76,7 +71,11 @@ class Registry(MutableMapping[str, Entry]):
         called = getattr(entry, "name", name) if name not in self._own else name
         if isinstance(called, str) and called != name:  # of another package
             raise ValueError(f"{self.kind} {name!r} ({home}) calls itself {called!r}")
+        self._found[name] = entry
         return entry
+
+    def __repr__(self) -> str:
+        return f"<{counted(len(self), self.kind)}: {', '.join(self)}>"
 
     def __setitem__(self, name: str, entry: Entry) -> None:
         self.homes.setdefault(name, "")

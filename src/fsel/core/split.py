@@ -13,7 +13,6 @@ from fsel.core.capture import Capture
 from fsel.core.files import Columns, chosen, read_columns
 from fsel.core.geometry import pairwise_distances, pose_distance, spread
 
-COVERAGES = (25, 40, 60, 80, 100)
 STRAY = 10.0  # times the spread of the cameras, beyond which a camera's pose is taken to be wrong
 
 

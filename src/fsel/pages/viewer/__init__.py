@@ -74,10 +74,8 @@ def scene(
     """Return the content of a page, for the script's `mount`; lengths in world units.
 
     Args:
-        capture: whose cameras are shown; None shows none.
-        cameras: one entry a frame of it.
-        cloud: Gaussians; None shows the points.
-        points: sparse points of the scene.
+        capture: whose `cameras` are shown, one a frame; None shows none.
+        cloud: Gaussians; None shows the `points`.
         url: where the page finds `moved(cloud, origin)`; by default it holds the cloud itself.
 
     Returns:
