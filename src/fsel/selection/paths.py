@@ -81,7 +81,7 @@ def looking_at(centers: np.ndarray, point: np.ndarray, up: np.ndarray, capture: 
     right = np.cross(ahead, up)
     right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-12)
     rotation = np.stack([right, np.cross(ahead, right), ahead], axis=1)
-    return _views(rotation, centers, capture)
+    return views_at(poses_at(centers, rotation), capture)
 
 
 def trajectory(capture: Capture, count: int) -> Views:
@@ -134,11 +134,11 @@ def _means(capture: Capture, weight: np.ndarray) -> Views:
     )
     flip = np.tile(np.eye(3), (len(weight), 1, 1))
     flip[:, 2, 2] = np.linalg.det(left @ right)
-    return _views(left @ flip @ right, weight @ capture.centers, capture)
+    return views_at(poses_at(weight @ capture.centers, left @ flip @ right), capture)
 
 
-def _views(rotation: np.ndarray, centers: np.ndarray, capture: Capture) -> Views:
-    poses = poses_at(centers, rotation)
+def views_at(poses: np.ndarray, capture: Capture) -> Views:
+    """Views at (T, 3, 4) poses with a capture's first intrinsics."""
     return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
 
 
@@ -167,7 +167,7 @@ def camera_path(path: Path, capture: Capture) -> Views:
         poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
         inverse = rigid(invert_pose(poses))
     check_poses([f"{key}[{i}]" for i in range(len(inverse))], inverse, str(path))
-    return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
+    return views_at(inverse, capture)
 
 
 def _matrix(view: object, field: str, path: Path, where: str) -> np.ndarray:

@@ -13,7 +13,7 @@ from fsel.core.geometry import check_poses, pairwise_distances
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.frames import Wish, frames_of, frames_wished, named_in
-from fsel.selection.paths import camera_path, orbit, trajectory, whole
+from fsel.selection.paths import camera_path, orbit, trajectory, views_at, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
@@ -154,7 +154,7 @@ def _views(capture: Capture, poses: np.ndarray) -> Views:
         )
     poses = poses[:, :3].astype(np.float64)
     check_poses([f"target {at}" for at in range(len(poses))], poses, "given poses")
-    return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
+    return views_at(poses, capture)
 
 
 def _where(capture: Capture) -> str:

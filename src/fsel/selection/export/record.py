@@ -136,21 +136,18 @@ def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
     places[np.argsort(-(shows + apart), kind="stable")] = np.arange(1, free.sum() + 1)
     views = "scene" if outcome.targets.kind == ALL else "views"
     than = f"{outcome.selection.names[-1]}, the last pick"
-    return {
-        int(frame): f"{_lacks(more, farther, views, than)}; place {place} of {free.sum()} in line"
-        for frame, more, farther, place in zip(known.pool[free], shows, apart, places, strict=True)
-    }
-
-
-def _lacks(shows: float, apart: float, views: str, than: str) -> str:
-    """Compare a frame with the last pick in the two things that the rule weighs."""
-    if shows + apart > 0:
-        return f"scores more than {than}, which was not picked for its score"
-    if shows > 0:
-        return f"shows more of the {views} than {than}, but lies too close to earlier picks"
-    if apart > 0:
-        return f"lies farther from earlier picks than {than}, but shows less of the {views}"
-    return f"shows less of the {views} than {than}, and lies closer to earlier picks"
+    reasons = {}
+    for frame, more, farther, place in zip(known.pool[free], shows, apart, places, strict=True):
+        if more + farther > 0:
+            why = f"scores more than {than}, which was not picked for its score"
+        elif more > 0:
+            why = f"shows more of the {views} than {than}, but lies too close to earlier picks"
+        elif farther > 0:
+            why = f"lies farther from earlier picks than {than}, but shows less of the {views}"
+        else:
+            why = f"shows less of the {views} than {than}, and lies closer to earlier picks"
+        reasons[int(frame)] = f"{why}; place {place} of {free.sum()} in line"
+    return reasons
 
 
 def _left_out(outcome: Outcome, frame: int) -> str:
