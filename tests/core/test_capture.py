@@ -70,10 +70,9 @@ def test_a_subset_has_its_frames_in_order_and_what_they_observe():
 
 def test_views_are_joined_in_order():
     given = capture()
-    both = given.views.subset([2, 0]).joined(given.views.subset([1]))
-    np.testing.assert_array_equal(both.world_to_camera, given.world_to_camera[[2, 0, 1]])
-    np.testing.assert_array_equal(both.intrinsics, given.intrinsics[[2, 0, 1]])
-    assert both.size == given.size
+    both, wanted = given.view([2, 0]).joined(given.view([1])), given.view([2, 0, 1])
+    np.testing.assert_array_equal(both.world_to_camera, wanted.world_to_camera)
+    assert (both.intrinsics.shape, both.size) == ((3, 4), given.size)
 
 
 @pytest.mark.parametrize("count", [4, 255, 256, 65_535, 65_536])

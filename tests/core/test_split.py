@@ -94,11 +94,6 @@ def test_too_small_a_capture_is_refused_with_the_counts(frames, targets):
     assert len(smallest.proxies) == len(smallest.candidates) == targets
 
 
-def test_too_small_a_region_is_refused():
-    with pytest.raises(ValueError, match="3 that may be targets"):
-        coverage_split(random_capture(13), 25, 0)
-
-
 def test_targets_come_from_the_frames_that_may_be_targets():
     capture, among = random_capture(40), np.array([2, 3, 5, 8, 13, 21, 34])
     split = evaluation_split(capture, 1, 0, targets=5, among=among)
