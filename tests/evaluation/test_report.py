@@ -41,11 +41,18 @@ def test_targets_are_averaged_within_a_seed_first():
     assert table == [["all", ALL_FRAMES, 20.0], ["random", 10, 6.0]]
 
 
-def test_unequal_draws_are_refused():
-    table = grid()
-    lost = (table["scene"] == "s0") & (table["draw"] == 1)
-    with pytest.raises(ValueError, match=r"unequal sets.*'s0': 1, 's1': 2"):
-        summarise(table[~lost], METRICS)
+@pytest.mark.parametrize(
+    ("lost", "said"),
+    [
+        ({"draw": 1}, r"unequal sets.*'s0': 1, 's1': 2"),
+        ({"method": "less_is_more"}, r"d: a mean over unequal sets.*2 of 3 scenes"),
+    ],
+)
+def test_means_over_unequal_sets_are_refused(lost, said):
+    table, gone = grid(), {"scene": "s0", **lost}
+    rest = table[(table[list(gone)] != list(gone.values())).any(axis=1)]
+    with pytest.raises(ValueError, match=said):
+        summarise(rest, METRICS)
 
 
 def test_summary_mean_interval_and_count():
@@ -90,13 +97,6 @@ def test_all_datasets_are_one_more():
     lacking = two[(two["dataset"] == "d") | (two["method"] == "less_is_more")]
     assert "random" not in with_all_datasets(lacking).query("dataset == 'all'")["method"].to_numpy()
     assert len(with_all_datasets(grid())) == len(grid())
-
-
-def test_a_method_missing_in_a_scene_is_refused():
-    table = grid()
-    gap = (table["scene"] == "s0") & (table["method"] == "less_is_more")
-    with pytest.raises(ValueError, match=r"d: a mean over unequal sets.*2 of 3 scenes"):
-        summarise(table[~gap], METRICS)
 
 
 def test_a_method_of_fewer_draws_is_summarised_over_those():

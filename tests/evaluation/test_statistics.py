@@ -27,13 +27,10 @@ def test_places_against_scipy(n):
     np.testing.assert_allclose((found.low, found.high), wanted.confidence_interval(0.95))
 
 
-def test_one_place_says_nothing_about_others():
+def test_one_place_says_nothing_about_others_and_equal_values_have_no_width():
     found = of_places(np.array([2.5]))
     assert found.mean == 2.5
     assert np.isnan([found.low, found.high, found.p]).all()
-
-
-def test_equal_values_have_no_width():
     assert of_places(np.full(4, 1.5))[:4] == (1.5, 1.5, 1.5, 0.0)
     assert of_places(np.zeros(3)).p == 1.0
     assert of_places_and_seeds(np.full((3, 2), 1.5))[:4] == (1.5, 1.5, 1.5, 0.0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from fsel.core.capture import Capture
-from fsel.core.files import read_columns, repeated, stacked, write_table
-from fsel.core.split import coverage_split
+from fsel.core.files import read_columns
+from fsel.core.split import splits_in
+from fsel.stages.split_labelled import split_labelled
 from fsel.stages.train import train
 from fsel.training import labelled as reading
 from fsel.training.labelled import labelled_problems
@@ -28,20 +28,14 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
 
 
 def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypatch):
-    capture = Capture.load(scene)
-    levels = {p: coverage_split(capture, p, seed=1) for p in (25, 50)}
-    tables = [
-        split.table(capture.names) | repeated({"coverage": p}, len(capture))
-        for p, split in levels.items()
-    ]
     splits = tmp_path / "splits.parquet"
-    write_table(stacked(tables), splits, units={}, config="c")
+    split_labelled(scene, splits, coverages=[25, 50], seed=1, config="c")
     rows = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
     read = []
     monkeypatch.setattr(reading, "read_columns", lambda p: read.append(p) or read_columns(p))
     problems = list(labelled_problems(rows, {"s": (scene, splits)}))
     assert read == [scene / "descriptors.parquet", splits]
     assert [[row["rank"] for row in part] for _, part in problems] == [[0, 1], [0]]
-    for (problem, _), split in zip(problems, levels.values(), strict=True):
+    for (problem, _), (_, split) in zip(problems, splits_in(read_columns(splits)), strict=True):
         np.testing.assert_array_equal(problem.candidates, split.candidates)
     assert problems[0][0].capture is problems[1][0].capture

@@ -64,9 +64,7 @@ def plan_positions(capture: Capture) -> np.ndarray:
 def draw_cameras(axis: Axes, places: np.ndarray, targets: np.ndarray, size: float = 4.0) -> None:
     """Draw all cameras as grey dots and the targets as open diamonds; equal scales, no ticks.
 
-    Args:
-        places: (N, 2) see `plan_positions`.
-        size: of a dot's diameter, points.
+    `places` are (N, 2), as of `plan_positions`; `size` is a diamond's, in points.
     """
     axis.plot(*places.T, "o", color="0.8", markersize=size / 2, markeredgewidth=0, zorder=1)
     axis.plot(

@@ -41,12 +41,7 @@ class Run(NamedTuple):
 
 
 class Picks(NamedTuple):
-    """Picks of a run at one budget.
-
-    Attributes:
-        frames: (k,) int64 in pick order.
-        seconds: of the whole run that these picks are a prefix of.
-    """
+    """Picks of a run at one budget: (k,) int64 frames in pick order, seconds of the whole run."""
 
     k: int
     frames: np.ndarray

@@ -15,8 +15,7 @@ from fsel.selectors.policies import POLICIES
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
 LABELS = {**BASELINES, **LEARNED}
-PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}
-"""Labels for figures: no command of LaTeX."""
+PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}  # of figures
 REFERENCES = {
     dl3dv.LISTED: dl3dv.LISTED_LABEL,
     "search": r"\textit{Genetic search}",
@@ -32,12 +31,7 @@ def with_all_label(datasets: Mapping[str, str]) -> dict[str, str]:
 
 
 def place_of(scene: str, facts: Mapping) -> str:
-    """Return the place that a scene is a capture of: itself, unless it shares one with another.
-
-    Args:
-        scene: `dataset/scene`.
-        facts: `places`, dataset/scene -> place; it may lack.
-    """
+    """Return the place of `dataset/scene`: itself, unless `places` of the facts names another."""
     return facts.get("places", {}).get(scene, scene)
 
 

@@ -23,6 +23,14 @@ def test_a_difference_inside_its_interval_is_not_bold(bounds, text):
     assert difference(*bounds) == text
 
 
+def made(table, folder, values, dataset) -> tuple[str, pd.DataFrame]:
+    problems, paths = written(folder, values)
+    outputs = folder / "t.tex", folder / "t.csv"
+    settings = {"datasets": {"d": dataset}, "budgets": [10, 20], "facts": FACTS}
+    table(paths, *outputs, problems=problems, **settings)
+    return outputs[0].read_text(), pd.read_csv(outputs[1])
+
+
 def learned_and_not(shift):
     """Three scenes: learned minus untrained is one dB at K = 10, `shift` of the scene at 20."""
     return {
@@ -38,14 +46,9 @@ def learned_and_not(shift):
 
 
 def test_learned_minus_untrained(tmp_path):
-    problems, paths = written(tmp_path, learned_and_not([-1.0, 0.0, 0.4]))
-    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"datasets": {"d": "A & B"}, "budgets": [10, 20]}
-    handsign(paths, *outputs, problems=problems, **settings, facts=FACTS)
-    numbers = pd.read_csv(outputs[1])
+    text, numbers = made(handsign, tmp_path, learned_and_not([-1.0, 0.0, 0.4]), "A & B")
     np.testing.assert_allclose(numbers["mean"], [1.0, -0.2])
     assert numbers["reference"].unique().tolist() == ["untrained"]
-    text = outputs[0].read_text()
     row = next(line for line in text.splitlines() if line.startswith(r"A \& B"))
     assert r"& 3 & $\mathbf{+1.00}$" in row
     assert r"$-0.20$" in row
@@ -71,24 +74,15 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
         for k, size in ((10, 0.1), (20, 2.0))
     }
     others = {("fvs", 0, k): 19.0 for k in (10, 20)} | {("nearest", 0, k): 20.5 for k in (10, 20)}
-    problems, paths = written(tmp_path, {("s", "draw0"): runs | others})
-    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"datasets": {"d": "D"}, "budgets": [10, 20]}
-    seedvar(paths, *outputs, problems=problems, **settings, facts=FACTS)
-    numbers = pd.read_csv(outputs[1])
+    text, numbers = made(seedvar, tmp_path, {("s", "draw0"): runs | others}, "D")
     np.testing.assert_allclose(numbers["std"], [0.1, 2.0])
     np.testing.assert_allclose(numbers["margin"], [20.1 - 20.5, 22.0 - 20.5])
-    text = outputs[0].read_text()
     assert "training seeds ($3$)" in text
     assert "in $1$ of $2$ cells" in text
     assert r"D & 1 & 0.100 & 2.000 \\" in text
 
 
 def test_one_seed_has_no_spread(tmp_path):
-    problems, paths = written(
-        tmp_path, {("s", "draw0"): {("less_is_more", 0, 10): 20.0, ("fvs", 0, 10): 19.0}}
-    )
-    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"datasets": {"d": "D"}, "budgets": [10], "facts": FACTS}
-    seedvar(paths, *outputs, problems=problems, **settings)
-    assert r"D & 1 & -- \\" in outputs[0].read_text()
+    runs = {(name, 0, k): 20.0 for name in ("less_is_more", "fvs") for k in (10, 20)}
+    text, _ = made(seedvar, tmp_path, {("s", "draw0"): runs}, "D")
+    assert r"D & 1 & -- & -- \\" in text

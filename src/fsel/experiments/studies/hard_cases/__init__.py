@@ -1,7 +1,6 @@
-"""Hard cases: small inputs on which careless arithmetic fails, and what their answers are.
+"""Hard cases: small inputs on which careless arithmetic fails, and what their exact answers are.
 
-They ask for exact answers, not for a mean over scenes. The tests and `results/tables/stability.csv`
-run the same ones: `fsel.experiments.studies.stability.CASES`.
+The tests and `results/tables/stability.csv` run `fsel.experiments.studies.stability.CASES`.
 """
 
 from __future__ import annotations
