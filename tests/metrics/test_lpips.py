@@ -201,9 +201,8 @@ def test_the_distances_of_the_authors_example_images(net, image, distance):
     if weights is None:
         pytest.skip(f"no {published.file_of(net)} in downloads or in the user's cache")
     files = [WEIGHTS / "ex_ref.png", WEIGHTS / image]
-    missing = [path.name for path in files if not path.is_file()]
-    if missing:
-        pytest.skip(f"{', '.join(missing)}, in no package, not in the folder FSEL_WEIGHTS names")
+    if not all(path.is_file() for path in files):
+        pytest.skip(f"{image} is in no package, and not in the folder FSEL_WEIGHTS names")
     truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files)
     rendered = (other / np.float32(255)).astype(np.float32)
     got = lpips.score(rendered, np.ascontiguousarray(truth), None, net, str(weights))

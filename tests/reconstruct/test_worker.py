@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
+from coloured_wall import wall
 from selection_problems import around, pointed
 from small_captures import ring
 from worker_checks import check_worker
 
-from fsel.core.capture import Capture
 from fsel.core.programs import Unfinished, tail
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
@@ -25,7 +25,6 @@ from fsel.reconstruct.external import External
 from fsel.reconstruct.external.files import write_files
 from fsel.reconstruct.external.worker import close_all
 from fsel.reconstruct.selected import restricted
-from fsel.synthetic import record
 
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])
@@ -166,10 +165,7 @@ def test_files_hold_the_selected_frames_in_every_form(capture, tmp_path):
     ("name", "settings"), [("splats", {}), ("gaussians", {"steps": 20, "gaussians": 300})]
 )
 def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
-    made = record("dl3dv", 3, frames=16, width=32, height=24)
-    focal = made.camera.params[0]
-    cameras = np.tile([focal, focal, 16.0, 12.0], (16, 1))
-    capture = Capture(made.names, made.world_to_camera, cameras, made.images, made.sequences)
+    capture = wall(frames=14)
     serve = ["{python}", "{recipes}/registered.py", name]
     serve += [f"{key}={value}" for key, value in settings.items()]
     served = External(capture, serve=serve, timeout=120)
@@ -224,14 +220,7 @@ def test_a_subset_that_fails_is_reported_and_the_next_is_measured(
     assert said in caplog.text
 
 
-def test_a_model_is_fitted_again_where_its_worker_was_lost_since(capture):
-    reconstructor = External(capture, **mean())
-    model = reconstructor.fit(FRAMES)
-    reconstructor.worker.stop()
-    np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
-
-
-def test_captures_share_a_worker(capture):
+def test_captures_share_a_worker_which_fits_again_what_it_lost(capture):
     other = replace(capture, images=255 - np.asarray(capture.images))
     one, two = External(capture, **mean()), External(other, **mean())
     assert one.worker is two.worker
@@ -240,6 +229,8 @@ def test_captures_share_a_worker(capture):
         images = model.render(own.view(TARGETS))
         assert images.dtype == np.float32
         np.testing.assert_allclose(images, expected(own), atol=1e-6)
+    one.worker.stop()
+    np.testing.assert_allclose(models[1].render(other.view(TARGETS)), expected(other), atol=1e-6)
     assert (models[0].device, models[0].primitives) == ("cpu", 0)
     assert 0 < models[0].seconds < 20
 

@@ -126,15 +126,9 @@ def test_a_view_from_behind_sees_the_background(capture):
 
 @pytest.mark.parametrize("lost", ["all", "shared"])
 def test_no_shared_points_are_refused_with_a_hint(capture, lost):
-    points = None
-    if lost == "shared":
-        alone = capture.points.track_frame < 1
-        points = replace(
-            capture.points,
-            track_point=capture.points.track_point[alone],
-            track_frame=capture.points.track_frame[alone],
-        )
-    bare = replace(capture, points=points)
+    points = capture.points
+    seen_once = replace(points, track_point=points.track_point[:1], track_frame=np.zeros(1, int))
+    bare = replace(capture, points=None if lost == "all" else seen_once)
     with pytest.raises(ValueError, match=r"wall: no sparse point .* Hint: initial: splats"):
         Gaussians(bare, **QUICK, initial="points").fit(np.arange(4))
 

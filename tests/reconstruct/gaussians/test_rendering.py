@@ -91,13 +91,6 @@ def test_nothing_is_drawn_of_what_is_behind_or_beside_or_has_no_opacity():
     np.testing.assert_array_equal(image, np.broadcast_to(GREY, image.shape))
 
 
-def test_an_empty_table_renders_the_background():
-    canvas = Canvas(0, SIZE, GREY, np.float64)
-    camera = camera_of(FRONT, INTRINSICS, SIZE, 0.01)
-    assert len(canvas.draw(np.zeros((0, 14)), 0, np.ones(0), camera)) == 0
-    assert (canvas.image == 0.1).all()
-
-
 def test_published_constants_of_the_harmonics():
     values = np.empty(16)
     parameters.basis(3, 1.0, 0.0, 0.0, values)

@@ -53,12 +53,6 @@ def test_vertices_that_a_grid_lacks_are_empty_and_take_the_colour_of_those_it_ha
     assert wider.color[outer, 0] == 0
 
 
-def test_a_grid_without_cells_has_no_vertices():
-    empty = linear().refined(np.zeros((9,) * 3, bool), 12, -1.0)
-    assert (len(empty.density), empty.occupied.any()) == (0, False)
-    assert (empty.index == -1).all()
-
-
 def test_growth_stays_inside_the_cube():
     cells = np.zeros((5,) * 3, bool)
     cells[3, 3, 3] = True
