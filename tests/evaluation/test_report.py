@@ -125,10 +125,8 @@ def test_every_budget_is_compared_with_all_frames():
     values = {("d", "s", 0, "less_is_more", k): 20.0 + k for k in (10, 20)}
     values["d", "s", 0, "all", ALL_FRAMES] = 25.0
     table = differences(cells(values), ["less_is_more"], ["psnr"])
-    assert table[["reference", "k", "mean"]].to_numpy().tolist() == [
-        ["all", 10, 5.0],
-        ["all", 20, 15.0],
-    ]
+    found = table[["reference", "k", "mean"]].to_numpy().tolist()
+    assert found == [["all", 10, 5.0], ["all", 20, 15.0]]
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,14 @@ from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
 from fsel.stages.label import label
 
+ASKED = {"seed": 5, "search": SEARCH, "inputs": [], "coverage": 25, "fitness": METRICS}
+ASKED["config"] = "c"
 GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gaussians": 100}}
 
 
 def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     splits, path = labelled / "splits.parquet", tmp_path / "p25.parquet"
-    settings = {"seed": 5, "search": SEARCH, "reconstruction": GAUSSIANS, "inputs": []}
-    settings |= {"coverage": 25, "fitness": METRICS, "config": "c"}
-    label(scene, splits, path, **settings)
+    label(scene, splits, path, reconstruction=GAUSSIANS, **ASKED)
     labels, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
     split = Split.from_table(pd.read_parquet(splits))
     reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)
@@ -35,8 +35,7 @@ def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
 
 
 def test_a_search_that_was_killed_goes_on_from_its_journal(scene, labelled, tmp_path, kill):
-    settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
-    settings |= {"coverage": 25, "fitness": METRICS, "config": "c"}
+    settings = ASKED | {"reconstruction": RECONSTRUCTION}
     splits, path, calls = labelled / "splits.parquet", tmp_path / "p25.parquet", kill(3)
     with pytest.raises(KeyboardInterrupt):
         label(scene, splits, path, **settings)

@@ -10,7 +10,6 @@ from evaluation_files import FACTS
 from selection_problems import random_capture
 from small_sweep import run_trials
 
-from fsel.evaluation.summary import leaders
 from fsel.experiments.paper.crosscapture import (
     BASELINES,
     SHOWN,
@@ -43,22 +42,6 @@ def test_only_the_half_near_another_pass_is_asked_for():
     assert split.targets.tolist() == [5, 7]
     assert split.proxies.tolist() == [0, 1]
     assert split.candidates.tolist() == [2, 3, 4]
-
-
-def test_a_room_of_one_pass_is_refused():
-    with pytest.raises(ValueError, match=r"0 frames outside 'a' .* two or more passes"):
-        cross_split(in_passes({"a": 12}), "a")
-
-
-def gap(method, metric, low, high):
-    return {"method": method, "k": 10, "metric": metric, "ci_low": low, "ci_high": high}
-
-
-def test_a_leader_is_ahead_of_everybody_beyond_the_interval():
-    rows = [gap("x", "psnr", 0.1, 0.5), gap("x", "psnr", 0.2, 0.9)]
-    rows += [gap("y", "psnr", 0.1, 0.5), gap("y", "psnr", -0.1, 0.5)]
-    rows += [gap("x", "gmsd", 0.1, 0.5), gap("y", "gmsd", -0.5, -0.1)]
-    assert leaders(pd.DataFrame(rows)) == {("x", 10, "psnr"), ("y", 10, "gmsd")}
 
 
 def test_every_pass_is_held_out_once(tmp_path):
@@ -100,6 +83,8 @@ def test_a_sequence_split_holds_all_its_passes_back_and_draws_targets(tmp_path):
         list(trials(capture, held_out=["e"], targets=3, draws=1, **asked))
     with pytest.raises(ValueError, match="5 in the half of it that targets come from, for 6"):
         list(trials(capture, held_out=["b"], targets=6, draws=1, **asked))
+    with pytest.raises(ValueError, match=r"0 frames outside 'a' .* two or more passes"):
+        cross_split(in_passes({"a": 12}), "a")
 
 
 def test_passes_of_a_room_are_one_place(tmp_path):

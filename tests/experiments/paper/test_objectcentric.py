@@ -36,9 +36,8 @@ def around(frames=24, size=(32, 24)):
 def test_the_reference_point_by_hand():
     """Two cameras of focal length 8 at (0, 0, 0) and (4, 0, 0) look along z; a mask two pixels to
     the right of the middle in one, to its left in the other: the rays meet at (2, 0, 8)."""
-    capture = capture_of(
-        np.array([[0.0, 0, 0], [4, 0, 0]]), np.tile(np.eye(3), (2, 1, 1)), None, (10, 6)
-    )
+    centers, rotations = np.array([[0.0, 0, 0], [4, 0, 0]]), np.tile(np.eye(3), (2, 1, 1))
+    capture = capture_of(centers, rotations, None, (10, 6))
     masks = np.zeros((2, 6, 10), bool)
     masks[0, 2:4, 6:8] = True  # centroid at (7, 3), the middle of the image at (5, 3)
     masks[1, 2:4, 2:4] = True

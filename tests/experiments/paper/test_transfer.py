@@ -52,11 +52,9 @@ def test_the_picks_asked_for_are_measured_and_no_others(scene, tmp_path):
 def test_differences_are_paired_within_a_reconstructor(tmp_path):
     problems, paths = [], []
     for lead in (1.0, 3.0):
+        more = dict.fromkeys(SHOWN, 0) | {"less_is_more": lead, "fsel": 0.5}
         values = {
-            (scene, "draw0"): {
-                (m, 0, 30): base + (lead if m == "less_is_more" else 0.5 if m == "fsel" else 0)
-                for m in SHOWN
-            }
+            (scene, "draw0"): {(name, 0, 30): base + gain for name, gain in more.items()}
             for scene, base in (("a", 20.0), ("b", 24.0))
         }
         (tmp_path / str(lead)).mkdir()

@@ -43,13 +43,10 @@ def test_a_path_at_twice_the_rate_has_its_frames_and_their_midpoints():
     np.testing.assert_allclose(dense.world_to_camera[::2], capture.world_to_camera, atol=1e-12)
     middle = (capture.centers[1:] + capture.centers[:-1]) / 2
     np.testing.assert_allclose(dense.centers[1::2], middle, atol=1e-12)
-    rotation = dense.world_to_camera[1::2, :, :3]
+    rotation, turns = dense.world_to_camera[1::2, :, :3], capture.world_to_camera[:, :, :3]
     # halfway between two rotations is as far from one as from the other
-    gaps_to = [
-        np.linalg.norm(rotation - capture.world_to_camera[side, :, :3], axis=(1, 2))
-        for side in (slice(None, -1), slice(1, None))
-    ]
-    np.testing.assert_allclose(*gaps_to)
+    ends = (np.linalg.norm(rotation - end, axis=(1, 2)) for end in (turns[:-1], turns[1:]))
+    np.testing.assert_allclose(*ends)
     np.testing.assert_array_equal(old[::2], np.arange(6))
     np.testing.assert_array_equal(dense.images[[0, 4, 10]], capture.images[[0, 2, 5]])
 
@@ -103,12 +100,6 @@ def test_every_method_is_timed_and_only_readers_pay_for_descriptors(scene, tmp_p
     text = paths[0].read_text()
     assert "20 frames & 30 frames" in text
     assert text.count(" + ") == 2 * sum(bool(METHODS[name].reads) for name in set(table["method"]))
-
-
-def evaluation_of(values):
-    """method -> PSNR of two targets, as an evaluation table at K = 10."""
-    rows = [(m, 0, 10, t, v, 0.5, 0.1) for m, vs in values.items() for t, v in enumerate(vs)]
-    return pd.DataFrame(rows, columns=["method", "seed", "k", "target", *METRICS])
 
 
 def test_the_gap_to_the_search_by_hand():
@@ -240,7 +231,9 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
     tables = {"evaluation": {"fvs": [20, 21], "random": [18, 18]}, "oracle": {"search": [22, 23]}}
     for name, values in tables.items():
-        evaluation_of(values).to_parquet(tmp_path / f"{name}.parquet")
+        rows = [(m, 0, 10, t, v, 0.5, 0.1) for m, vs in values.items() for t, v in enumerate(vs)]
+        table = pd.DataFrame(rows, columns=["method", "seed", "k", "target", *METRICS])
+        table.to_parquet(tmp_path / f"{name}.parquet")
     both = [searched(np.arange(20.0, 50), name) for name in ("search", "random_search")]
     pd.concat(both).to_parquet(tmp_path / "subsets.parquet")
     read = [[tmp_path / f"{name}.parquet"] for name in (*tables, "subsets", "subsets")]

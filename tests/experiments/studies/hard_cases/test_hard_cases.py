@@ -31,22 +31,18 @@ def test_a_fault_is_a_finding_that_does_not_hold(fault, told):
     assert not finding.holds
 
 
-def test_an_error_that_is_no_number_does_not_hold():
-    assert not CaseOutcome("", np.nan, 1.0).holds
-    assert CaseOutcome("", 1.0, 1.0).holds
-
-
 def test_the_table_has_a_row_for_every_case_faults_included(tmp_path, monkeypatch):
     cases = [
         Case("good", "50% of x_1", lambda: CaseOutcome("2 of 4", 1e-12, 1e-9)),
         Case("wrong", "two", lambda: CaseOutcome("three", 1.0, 1e-9)),
         Case("broken", "three", lambda: 1 / 0),
+        Case("no number", "four", lambda: CaseOutcome("nan", np.nan, 1.0)),
     ]
     monkeypatch.setattr(stability, "CASES", {case.name: case for case in cases})
     stability.stability(tmp_path / "s.tex", tmp_path / "s.csv")
     table = pd.read_csv(tmp_path / "s.csv")
-    assert table["holds"].tolist() == [True, False, False]
+    assert table["holds"].tolist() == [True, False, False, False]
     assert table["observed"].tolist()[2] == "ZeroDivisionError: division by zero"
     text = (tmp_path / "s.tex").read_text()
-    assert "1 of 3 hold" in text
+    assert "1 of 4 hold" in text
     assert r"good & 50\% of x\_1 & 2 of 4 & 1.0e-12 & 1e-09 \\" in text
