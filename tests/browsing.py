@@ -55,8 +55,6 @@ def _given(page, size, script, folder, options, served=None):
         page: text of it.
         size: (width, height) of the window, pixels.
         script: the body of an asynchronous function, whose value is sent as JSON.
-        folder: for the page and the browser's own files.
-        options: of the browser.
         served: files that the page finds beside it, by path; it then comes from a server.
     """
     given, done = [], threading.Event()
@@ -111,11 +109,7 @@ def decoded(picture):
 def looked_at(page, width, script, folder):
     """What a script finds in a page that is so many pixels wide, which raises no error.
 
-    Args:
-        page: file.
-        width: pixels.
-        script: an expression of JavaScript, run in the page when it is loaded.
-        folder: for the browser's own files.
+    The page is a file, the script an expression that is run when it is loaded.
     """
     frame = FRAME.format(page=page.as_uri(), width=width)
     inside = IN_FRAME.format(script=json.dumps(script))

@@ -108,21 +108,10 @@ def with_points(problem, count=60, seed=0):
 
 def permuted(problem, order):
     """The same problem with its frames in another order: frame i is the old frame order[i]."""
-    capture, place = problem.capture, np.argsort(order)
-    points = capture.points
-    if points is not None:
-        points = replace(points, track_frame=place[points.track_frame])
-    shuffled = replace(
-        capture,
-        names=tuple(capture.names[i] for i in order),
-        world_to_camera=capture.world_to_camera[order],
-        intrinsics=capture.intrinsics[order],
-        images=capture.images[order],
-        points=points,
-    )
+    place = np.argsort(order)
     return replace(
         problem,
-        capture=shuffled,
+        capture=problem.capture.subset(order),
         candidates=np.sort(place[problem.candidates]),
         proxies=place[problem.proxies],
         descriptors=problem.descriptors[order],

@@ -32,11 +32,8 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
     """A COLMAP capture of `ring` cameras: frame_000.jpg ... and points that neighbours share.
 
     Args:
-        folder: to write.
-        frames: how many.
         model: of the camera.
         shrink: factor by which the images are smaller than the camera states.
-        seed: of points and images.
         cloud: number of points; each is seen from a third of the circle.
 
     Returns:
@@ -80,11 +77,7 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
 def film(folder, change, frames=24, size=(240, 180)):
     """Write frames of one texture, larger than the camera states, each a few pixels further.
 
-    Args:
-        folder: the capture.
-        change: number of a frame -> what is done to its picture, (h, w, 3) uint8.
-        frames: how many.
-        size: of the pictures.
+    `change` has, by the number of a frame, what is done to its picture, (h, w, 3) uint8.
     """
     rng = np.random.default_rng(0)
     wide = (size[1], size[0] + 4 * frames, 3)

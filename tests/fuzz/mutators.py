@@ -21,7 +21,6 @@ WORDS = ["0", "-1", "nan", "inf", "1e308", "1e-308", "x", "", "99999999999", "..
 
 
 def flipped(content, rng):
-    """Some bits changed."""
     out = bytearray(content)
     for _ in range(int(rng.integers(1, 5))):
         if out:
@@ -30,24 +29,20 @@ def flipped(content, rng):
 
 
 def cut(content, rng):
-    """The beginning alone."""
     return content[: rng.integers(len(content) + 1)]
 
 
 def repeated(content, rng):
-    """A part twice."""
     start, end = np.sort(rng.integers(len(content) + 1, size=2))
     return content[:end] + content[start:end] + content[end:]
 
 
 def removed(content, rng):
-    """A part left out."""
     start, end = np.sort(rng.integers(len(content) + 1, size=2))
     return content[:start] + content[end:]
 
 
 def emptied(content, rng):
-    """Nothing left."""
     return b""
 
 
@@ -64,7 +59,6 @@ def odd_number(content, rng):
 
 
 def odd_word(content, rng):
-    """A word of a text becomes another, or a line goes."""
     lines = content.decode("utf-8", "replace").split("\n")
     at = int(rng.integers(len(lines)))
     words = lines[at].split(" ")
@@ -77,12 +71,10 @@ def odd_word(content, rng):
 
 
 def other_text(content, rng):
-    """The same text in UTF-16."""
     return content.decode("utf-8", "replace").encode("utf-16")
 
 
 def odd_field(content, rng):
-    """A value somewhere in a JSON document becomes an odd one, or goes."""
     try:
         document = json.loads(content)
     except ValueError:
@@ -106,7 +98,6 @@ def _places(node):
 
 
 def odd_packed(content, rng):
-    """The same inside gzip."""
     try:
         return gzip.compress(odd_field(gzip.decompress(content), rng), mtime=0)
     except (OSError, EOFError, zlib.error):

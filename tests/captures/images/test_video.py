@@ -1,4 +1,4 @@
-"""Frames out of a video, and which images are matched."""
+"""Videos: frames out of them, which images are matched, and what is written."""
 
 import struct
 
@@ -136,3 +136,29 @@ def test_vlad_is_the_sum_of_offsets_from_the_words():
     features = np.array([[3.0, 0], [0, 4], [10, 2]], np.float32)
     expected = np.array([3, 4, 0, 5]) / 5 / np.sqrt(2)
     np.testing.assert_allclose(pairs._vlad(features, words), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("size", [(64, 48), (65, 49)])
+def test_a_video_has_its_frames_at_an_even_size(size, tmp_path):
+    shades = [0, 60, 120, 180, 240]
+    frames = [np.full((size[1], size[0], 3), [shade, 128, 128], np.uint8) for shade in shades]
+    video.write_video(tmp_path / "a.mp4", frames, 25)
+    film = cv2.VideoCapture(str(tmp_path / "a.mp4"))
+    read = [film.read()[1] for _ in frames]
+    assert not film.read()[0]
+    assert film.get(cv2.CAP_PROP_FPS) == 25
+    assert {frame.shape for frame in read} == {(48, 64, 3)}
+    np.testing.assert_allclose([frame[..., 2].mean() for frame in read], shades, atol=8)
+
+
+def test_a_video_without_a_codec_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(video, "CODECS", ())
+    with pytest.raises(OSError, match=r"a\.mp4: OpenCV has no codec"):
+        video.write_video(tmp_path / "a.mp4", [np.zeros((4, 4, 3), np.uint8)], 25)
+
+
+def test_a_caption_is_above_the_image():
+    image = np.full((48, 480, 3), 7, np.uint8)
+    above = video.captioned(image, "fsel")
+    np.testing.assert_array_equal(above[30:], image)
+    assert above[:30].min() < 100 < above[:30].mean()
