@@ -19,13 +19,7 @@ for model, part in enumerate((names[:2], names)):  # the second has more of them
 
 
 def written(folder, lost=-1, text=TEXT):
-    """The command of the program, which is put into a folder.
-
-    Args:
-        folder: of places.py.
-        lost: the number of the image that it does not place.
-        text: of the program.
-    """
+    """The command of the program, which is put into a folder and does not place one image."""
     path = folder / "places.py"
     path.write_text(text)
     return [sys.executable, str(path), "{folder}", str(lost)]

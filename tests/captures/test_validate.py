@@ -27,12 +27,12 @@ def placed(number, rotation, translation):
     return lambda model: setattr(model.frames[number], "rig_from_world", pose)
 
 
-def renamed(**names):
-    """Other names of images: `i1` is the first."""
+def renamed(names):
+    """Other names of images, by their numbers."""
 
     def change(model):
         for key, name in names.items():
-            model.images[int(key[1:])].name = name
+            model.images[key].name = name
 
     return change
 
@@ -51,35 +51,24 @@ def smaller(folder):
     cv2.imwrite(str(folder / "images" / "frame_005.jpg"), np.zeros((24, 32, 3), np.uint8))
 
 
+def without_pixels(model):
+    model.cameras[1].height = 0
+
+
 def nothing(_):
     pass
 
 
+SPACED, TWO = {3: " frame_002.jpg"}, {1: "a/frame_000.jpg", 2: "b/frame_000.jpg"}
 CASES = {  # what is done to the model, and then to the folder
     "inverted poses": (inverted, nothing, "camera-to-world poses taken"),
-    "a zero quaternion": (
-        placed(1, [0.0] * 4, [0, 0, 0]),
-        nothing,
-        "frame 1 has a quaternion of length 0",
-    ),
-    "a translation beyond numbers": (
-        placed(2, [0.0, 0, 0, 1], [1e200, 0, 0]),
-        nothing,
-        "'frame_001.jpg': translation is",
-    ),
-    "a camera without pixels": (
-        lambda model: setattr(model.cameras[1], "height", 0),
-        nothing,
-        "camera 1 has 64x0 pixels",
-    ),
-    "a name with a space": (
-        renamed(i3=" frame_002.jpg"),
-        moved("frame_002.jpg", " frame_002.jpg"),
-        "' frame_002.jpg'",
-    ),
+    "a zero quaternion": (placed(1, [0.0] * 4, [0, 0, 0]), nothing, "a quaternion of length 0"),
+    "far away": (placed(2, [0.0, 0, 0, 1], [1e200, 0, 0]), nothing, "001.jpg': translation is"),
+    "a camera without pixels": (without_pixels, nothing, "camera 1 has 64x0 pixels"),
+    "a space": (renamed(SPACED), moved("frame_002.jpg", " frame_002.jpg"), "' frame_002.jpg'"),
     # two photos are gone, and an unrelated one has their stem
-    "photos of another's name": (
-        renamed(i1="a/frame_000.jpg", i2="b/frame_000.jpg"),
+    "other names": (
+        renamed(TWO),
         moved("frame_000.jpg", "frame_000.png"),
         "a/frame_000.jpg: image file is missing (2",
     ),

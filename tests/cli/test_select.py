@@ -14,7 +14,6 @@ from small_captures import camera_path, record_of, ring, select, state_orientati
 import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.read import read_capture
-from fsel.cli.parser import parser
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors.scorer import Network
 
@@ -236,14 +235,6 @@ def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):
     assert select(capture, "-k", 4, "--quiet", "-o", tmp_path / "quiet") == 0
     printed = capsys.readouterr()
     assert printed.out == printed.err == ""
-
-
-def test_its_options_are_few_and_in_groups():
-    commands = parser()._subparsers._group_actions[0].choices
-    options = [action for action in commands["select"]._actions if action.option_strings]
-    assert len(options) <= 30
-    titles = [group.title for group in commands["select"]._action_groups if group._group_actions]
-    assert len(titles) == 7
 
 
 def object_masks(folder, point):

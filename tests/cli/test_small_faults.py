@@ -16,7 +16,6 @@ from fsel.selection.focus import check_within, from_box, scene_bounds
 def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path, capsys):
     (tmp_path / "walk.mp4").write_bytes(b"\x00\xffno video")
     refused = {
-        "walk.mp4": ["info", tmp_path / "walk.mp4"],
         "gone.mp4": ["info", tmp_path / "gone.mp4"],
         str(capture): ["info", capture / "sparse"],
         "every:N": ["select", capture, "-k", 4, "--targets", tmp_path / "walk.mp4"],

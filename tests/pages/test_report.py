@@ -226,11 +226,7 @@ def test_a_turn_and_a_shift_make_the_speed():
         ("select a -k 7 --always k.txt --ne=d.txt -o b --force", LISTS, "select a -k 7 -o b"),
         ("select a -k7 --cover 3 --cover-s 0.9 --meth uniform", AGAINST, "select a"),
         ("select a -k auto --vram 8GB --trainer gsplat --quiet", AGAINST, "select a --quiet"),
-        (
-            "select a --max-error 1 --rate 2",
-            AGAINST | LISTS,
-            "select a --max-error 1 --rate 2",
-        ),
+        ("select a --max-error 1 --rate 2", AGAINST | LISTS, "select a --max-error 1 --rate 2"),
     ],
 )
 def test_options_are_taken_out_of_a_command(given, options, left):

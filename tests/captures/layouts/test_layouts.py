@@ -103,16 +103,6 @@ def test_real_capture_reads_alike_in_both_layouts():
     np.testing.assert_allclose(colmap.intrinsics, nerfstudio.intrinsics, rtol=1e-4)
 
 
-@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
-@pytest.mark.parametrize(
-    ("name", "frames"), [("miku", 96), ("flowerpot", 49), ("southbuilding", 128)]
-)
-def test_real_captures_read(name, frames):
-    capture = read_capture(CAPTURES / name)
-    assert len(capture) == frames
-    assert capture.points is not None
-
-
 @pytest.mark.parametrize("layout", ["dl3dv", "mipnerf360", "scannetpp_dslr"])
 def test_lazy_images_are_the_images(layout, tmp_path):
     write_recording(layout, tmp_path)
