@@ -108,32 +108,23 @@ def test_a_source_that_has_changed_is_read_again_and_no_other(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def of_stage(tmp_path_factory):
-    library = Library(LIBRARY, tmp_path_factory.mktemp("store") / "store.json", "fsel.workflow")
-    others = [home for name, home in RECONSTRUCTORS.homes.items() if name != "splats"]
-
-    def files(stage: str) -> set[str]:
-        found = library.needed(f"fsel.stages.{stage}", others)
-        return {Path(path).relative_to(LIBRARY).as_posix() for path in found}
-
-    return files
+def library(tmp_path_factory):
+    return Library(LIBRARY, tmp_path_factory.mktemp("store") / "store.json", "fsel.workflow")
 
 
 @pytest.mark.parametrize(
-    ("stage", "parts", "without"),
+    ("stage", "part", "without"),
     [
-        (
-            "generate",
-            ["synthetic/families.py"],
-            ["selectors/baselines/fvs.py", "evaluation/latex.py"],
-        ),
-        ("select", ["selectors/baselines/fvs.py", "selectors/greedy.py"], ["evaluation/latex.py"]),
-        ("evaluate", ["evaluation/evaluator.py"], ["reconstruct/gaussians/__init__.py"]),
-        ("ksweep", ["evaluation/latex.py"], ["synthetic/families.py"]),
+        ("generate", "synthetic/families.py", "selectors/baselines/fvs.py"),
+        ("select", "selectors/baselines/fvs.py", "evaluation/latex.py"),
+        ("evaluate", "evaluation/evaluator.py", "reconstruct/gaussians/__init__.py"),
+        ("ksweep", "evaluation/latex.py", "synthetic/families.py"),
     ],
 )
-def test_stages_depend_on_what_they_use(of_stage, stage, parts, without):
-    found = of_stage(stage)
-    assert found >= {f"stages/{stage}.py", *parts}
-    assert not found & set(without)
-    assert not {path for path in found if path.startswith("workflow/")}
+def test_stages_depend_on_what_they_use(library, stage, part, without):
+    others = [home for name, home in RECONSTRUCTORS.homes.items() if name != "splats"]
+    paths = library.needed(f"fsel.stages.{stage}", others)
+    found = {Path(path).relative_to(LIBRARY).as_posix() for path in paths}
+    assert found >= {f"stages/{stage}.py", part}
+    assert without not in found
+    assert not any(path.startswith("workflow/") for path in found)

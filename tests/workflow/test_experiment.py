@@ -5,8 +5,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-import yaml
-from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
+from dry_runs import SMOKE, experiment, with_dataset
 
 from fsel.evaluation import latex
 from fsel.workflow import inputs, scenes
@@ -55,16 +54,6 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     made = experiment(datasets=mine, training=named)
     assert made.weights("less_is_more") == ["own.safetensors"]
     assert made.weights("less_is_more_no_appearance")[0].endswith(own[1])
-
-
-def test_a_dataset_of_ones_own_trains_nothing(tmp_path):
-    (tmp_path / "captures" / "a").mkdir(parents=True)
-    mine = {"label": "Mine", "root": str(tmp_path / "captures"), "scenes": ["a"]}
-    config = tmp_path / "mine.yaml"
-    config.write_text(yaml.safe_dump({"datasets": {"mine": mine}}))
-    jobs = planned(dry_run(tmp_path, config))
-    assert jobs["evaluate"] == 1
-    assert not {"label", "order", "train", "refine"} & set(jobs)
 
 
 def test_scorers_are_trained_named_or_shipped():

@@ -34,27 +34,6 @@ def rule(input=None, output=None, params=None, wildcards=None, log=()) -> Simple
     return SimpleNamespace(rule="taste", threads=2, log=list(log), **parts)
 
 
-def test_parameters_are_taken_by_name_and_as_they_are():
-    def taste(splits, table, *, k, scene, threads, config, inputs, extra=None): ...
-
-    asked = rule(
-        input=named(splits=["a", "b"], lib=["src/x.py"]),
-        output=named(table="t"),
-        params=named(k=3),
-        wildcards=named(scene="07", dataset="d"),
-    )
-    found = arguments(asked, taste)
-    assert found == {
-        "splits": ["a", "b"],
-        "table": "t",
-        "k": 3,
-        "scene": "07",
-        "threads": 2,
-        "config": digest({"k": 3}),
-        "inputs": ["a", "b", "src/x.py"],
-    }
-
-
 CAPTURE = named(frames="r/d/s/frames.parquet", images="r/d/s/images.npy", split="r/d/s/x")
 SEVERAL = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/f")
 
@@ -81,6 +60,13 @@ SEVERAL = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/
             lambda folders, trained_folder: None,
             {"folders": ["a", "b"], "trained_folder": "t"},
         ),
+        (
+            rule(named(splits=["a", "b"], lib=["src/x.py"]), named(table="t"), named(k=3)),
+            lambda splits, table, *, k, threads, config, inputs, extra=None: None,
+            {"splits": ["a", "b"], "table": "t", "k": 3, "threads": 2, "config": digest({"k": 3})}
+            | {"inputs": ["a", "b", "src/x.py"]},
+        ),
+        (rule(wildcards=named(scene="07", dataset="d")), lambda scene: None, {"scene": "07"}),
     ],
 )
 def test_what_a_parameter_gets(asked, function, found):

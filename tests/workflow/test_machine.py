@@ -25,32 +25,21 @@ print(json.dumps({
 """
 
 
-def described(tmp_path, flags):
+@pytest.mark.parametrize(
+    ("processor", "flags", "found"),
+    [
+        ("x86_64", LEVEL | {"avx512f"}, PINNED),
+        *(("x86_64", LEVEL - {lacking}, {}) for lacking in sorted(LEVEL)),
+        ("x86_64", None, PINNED),  # no list of features
+        ("aarch64", LEVEL, {}),
+    ],
+)
+def test_only_processors_of_level_three_are_pinned(monkeypatch, tmp_path, processor, flags, found):
+    monkeypatch.setattr(machine.platform, "machine", lambda: processor)
     path = tmp_path / "cpuinfo"
-    path.write_text(f"processor : 0\nflags\t\t: fpu {' '.join(sorted(flags))}\nbugs : none\n")
-    return path
-
-
-@pytest.fixture
-def intel(monkeypatch):
-    monkeypatch.setattr(machine.platform, "machine", lambda: "x86_64")
-
-
-@pytest.mark.usefixtures("intel")
-def test_a_processor_of_level_three_is_pinned(tmp_path):
-    assert pinned(described(tmp_path, LEVEL | {"avx512f"})) == PINNED
-    assert pinned(tmp_path / "nothing") == PINNED
-
-
-@pytest.mark.usefixtures("intel")
-@pytest.mark.parametrize("lacking", sorted(LEVEL))
-def test_an_older_processor_is_left_alone(tmp_path, lacking):
-    assert pinned(described(tmp_path, LEVEL - {lacking})) == {}
-
-
-def test_another_architecture_is_left_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(machine.platform, "machine", lambda: "aarch64")
-    assert pinned(described(tmp_path, LEVEL)) == {}
+    if flags is not None:
+        path.write_text(f"processor : 0\nflags\t\t: fpu {' '.join(sorted(flags))}\nbugs : none\n")
+    assert pinned(path) == found
 
 
 def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):

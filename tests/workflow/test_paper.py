@@ -29,6 +29,19 @@ def test_a_file_of_roots_goes_over_the_paper_s_config():
     assert all("(no folder /data/" in reason for reason in missing.values())
 
 
+def test_captures_may_be_fetched_as_their_owners_lay_them_out():
+    config, fetched = (
+        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
+        for name in ("captures", "fetched_captures")
+    )
+    update_config(config, fetched)
+    datasets = Experiment.load(config, ROOT).datasets
+    fox = SimpleNamespace(dataset="fox", scene="fox")
+    assert datasets.raw_capture(fox) == "<results>/data/fox/fox"
+    archive = SimpleNamespace(archive=datasets.archive_of(fox).removeprefix("<downloads>/"))
+    assert datasets.archive(archive) == datasets.fetched(fox)
+
+
 def test_what_is_measured_is_measured_by_the_scheme():
     """The others time a reconstruction, or draw its images."""
     folder = ROOT / "src" / "fsel" / "experiments"

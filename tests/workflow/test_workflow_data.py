@@ -11,7 +11,6 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from os.path import relpath
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 from dry_runs import dry_run, experiment, forked, planned, refusal
@@ -22,7 +21,6 @@ from fsel.captures.layouts import LAYOUTS
 from fsel.workflow.paper import Paper
 
 ROOT = Path(__file__).parents[2]
-CAPTURES = ROOT.parent / "shared" / "captures"
 PAPER = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
 STAND_INS = ROOT / "config" / "stand_ins.yaml"
 
@@ -94,28 +92,6 @@ def test_scenes_are_fetched_unpacked_and_read_once(tmp_path, served):
     assert "licence: CC0" in log.read_text()
     again = run(tmp_path, *targets)
     assert "Nothing to be done" in again.stdout + again.stderr
-
-
-@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
-def test_real_captures_are_fetched_as_their_owners_lay_them_out(tmp_path, served):
-    """The sources' own archives, served from here, with the poses of one of them."""
-    folder, address = served
-    sources = yaml.safe_load((ROOT / "config" / "sources.yaml").read_text())
-    fox = sources["captures"]["scenes"]["fox"]
-    inside = tmp_path / "zip" / fox["inside"]
-    shutil.copytree(CAPTURES / "fox", inside, ignore=shutil.ignore_patterns("sparse"))
-    shutil.make_archive(str(folder / Path(fox["url"]).stem), "zip", tmp_path / "zip")
-    fox["url"] = f"{address}/{Path(fox['url']).name}"
-    (tmp_path / "sources.yaml").write_text(yaml.safe_dump(sources))
-    for name in ("captures", "fetched_captures"):
-        config = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
-        content = config | {"sources": "sources.yaml", "long_side": 64}
-        (tmp_path / f"{name}.yaml").write_text(yaml.safe_dump(content))
-    files = ["--configfile", "captures.yaml", "fetched_captures.yaml"]
-    result = run(tmp_path, "results/fetched_captures/fox/fox/images.npy", *files)
-    assert result.returncode == 0, result.stdout + result.stderr
-    frames = np.load(tmp_path / "results" / "fetched_captures" / "fox" / "fox" / "images.npy")
-    assert frames.shape == (50, 64, 36, 3)
 
 
 def test_the_paper_s_config_says_which_roots_are_missing(tmp_path):
