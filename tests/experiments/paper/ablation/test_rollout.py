@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from selection_problems import random_problem
 
-from fsel.experiments.paper.ablation.extras import EXTRAS, over_step, relations
+from fsel.experiments.paper.ablation.extras import EXTRAS, relations
 from fsel.experiments.paper.ablation.trials import PartialRollout, view_inputs
 from fsel.features.columns import FEATURES
 from fsel.selectors.policies import POLICIES
@@ -51,17 +51,6 @@ def test_a_group_takes_its_columns_and_no_other(name):
         raw = extra.raw(scene, PICKS[:step].tolist())
         expected = extra.scale(raw, selectable[step])
         np.testing.assert_allclose(features[step][:, extra.inputs], expected, rtol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["mean_redundancy", "set_aware"])
-def test_a_group_that_follows_the_selection_is_recomputed_at_each_step(name):
-    rollout, *_ = started(added=EXTRAS[name])
-    features, selectable = follow(rollout, PICKS)
-    columns = features[..., EXTRAS[name].inputs]
-    assert not columns[0].any()
-    assert np.abs(columns[2] - columns[1]).max() > 0.1
-    assert not columns[3][~selectable[3]].any()
-    assert EXTRAS[name].scale is over_step
 
 
 def test_a_score_sees_the_steps_so_far():
