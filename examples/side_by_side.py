@@ -12,11 +12,12 @@ import argparse
 import tempfile
 from pathlib import Path
 
+import cv2
 import numpy as np
 from PIL import Image
 
 import fsel
-from fsel.captures.images.video import captioned, levels
+from fsel.captures.images.video import levels
 from fsel.core.capture import Capture
 from fsel.selection.flights import flight
 
@@ -46,6 +47,13 @@ def generated(long_side: int) -> Capture:
     with tempfile.TemporaryDirectory() as folder:
         colmap.write(record(*SCENE, 120, long_side, long_side * 3 // 4), Path(folder))
         return fsel.read_capture(folder, long_side=long_side)
+
+
+def captioned(image: np.ndarray, caption: str) -> np.ndarray:
+    """Return an image below a white bar with a caption."""
+    bar = np.full((24, image.shape[1], 3), 255, np.uint8)
+    cv2.putText(bar, caption, (5, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.44, (0, 0, 0), 1, cv2.LINE_AA)
+    return np.vstack([bar, image])
 
 
 given = arguments()

@@ -65,7 +65,7 @@ def test_side_by_side(tmp_path, run):
     assert re.fullmatch(r"every n-th frame: \d+\.\d\d dB, frames \[.*\]", printed[1])
     assert re.fullmatch(r"fsel: \d+\.\d\d dB, frames \[.*\]", printed[2])
     with Image.open(tmp_path / "a.webp") as clip:
-        assert (clip.n_frames, clip.size) == (4, (96, 36 + 15))
+        assert (clip.n_frames, clip.size) == (4, (96, 36 + 24))
 
 
 def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path, run):

@@ -94,11 +94,6 @@ class LazyCapture:
         return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
 
 
-def open_images(opened: LazyCapture, frames: list[int], long_side: int) -> Capture:
-    """Open some frames of a capture at another size, undistorted when indexed."""
-    return ingest(opened.raw.subset(frames), opened.capture.source, long_side, lazy=True)
-
-
 def open_capture(
     path: str | Path,
     layout: str = "auto",

@@ -109,18 +109,14 @@ def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None)
 
     An image without a pose has none.
     """
-    if model is not None and is_binary(model):
-        return _read(model)
     with TemporaryDirectory() as folder:
-        reconstruction.write_binary(folder)
-        return _read(Path(folder))
-
-
-def _read(model: Path) -> Observed:
-    content, starts = _entries(model / POINTS)
-    points = b"".join(content[at : at + POINT.itemsize] for at in starts)
+        if model is None or not is_binary(model):
+            reconstruction.write_binary(folder)
+            model = Path(folder)
+        content, starts = _entries(model / POINTS)
+        points = b"".join(content[at : at + POINT.itemsize] for at in starts)
+        content, starts = _entries(model / IMAGES)
     observations, names = {}, {}
-    content, starts = _entries(model / IMAGES)
     for at in starts:
         (key,), end = unpack_from("<I", content, at), _name_end(content, at)
         (count,) = unpack_from("<Q", content, end + 1)
@@ -138,7 +134,14 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
     keys, xyz, rgb, error = parts
     if not len(keys):
         return None
-    key, frame, xy = _observations(seen, rows)
+    nothing = np.empty(0, OBSERVATION)
+    found, frames = [nothing], [np.empty(0, np.int64)]
+    for image, row in sorted(rows.items(), key=lambda item: item[1]):
+        entries = seen.observations.get(image, nothing)
+        found.append(entries[entries["point"] != NO_POINT])
+        frames.append(np.full(len(found[-1]), row))
+    key, xy = (np.concatenate([entries[part] for entries in found]) for part in ("point", "xy"))
+    frame = np.concatenate(frames)
     point = np.searchsorted(keys, key)
     absent = keys[np.minimum(point, len(keys) - 1)] != key
     for at in np.flatnonzero(absent)[:1]:
@@ -151,21 +154,6 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
     for at, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
         raise ValueError(f"{source}: point {key[at]} is seen at {xy[at].tolist()}")
     return RawPoints(xyz, rgb, point[first], frame[first], track_xy=xy, error=error)
-
-
-def _observations(
-    seen: Observed, rows: dict[int, int]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (L,) ids of points, (L,) frames and (L, 2) pixels of observations, frame by frame."""
-    nothing = np.empty(0, OBSERVATION)
-    keys, frames, pixels = [nothing["point"]], [np.empty(0, np.int64)], [nothing["xy"]]
-    for image, row in sorted(rows.items(), key=lambda item: item[1]):
-        entries = seen.observations.get(image, nothing)
-        made = entries["point"] != NO_POINT
-        keys.append(entries["point"][made])
-        frames.append(np.full(len(keys[-1]), row))
-        pixels.append(entries["xy"][made])
-    return np.concatenate(keys), np.concatenate(frames), np.concatenate(pixels)
 
 
 def build_model(

@@ -161,8 +161,6 @@ def _written(best: tuple[SampledFrame, np.ndarray], folder: Path) -> SampledFram
 
 
 CODECS = ("avc1", "vp09", "mp4v")  # H.264 where OpenCV's FFmpeg encodes it, VP9, MPEG-4
-BAR = 30  # pixels of a caption's height, of images 480 pixels wide
-FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def write_video(path: Path, frames: Iterable[np.ndarray], rate: int) -> None:
@@ -178,17 +176,6 @@ def write_video(path: Path, frames: Iterable[np.ndarray], rate: int) -> None:
             raise OSError(f"{path}: OpenCV has no codec for it; tried: {', '.join(CODECS)}")
         writer.write(np.ascontiguousarray(frame[:height, :width, ::-1]))
     writer.release()
-
-
-def captioned(image: np.ndarray, caption: str) -> np.ndarray:
-    """Return an (h, w, 3) uint8 RGB image below a white bar with a caption."""
-    scale = max(image.shape[1] / 480, 0.5)
-    bar = np.full((round(BAR * scale), image.shape[1], 3), 255, np.uint8)
-    place = (round(6 * scale), round((BAR - 10) * scale))
-    cv2.putText(
-        bar, caption, place, FONT, 0.55 * scale, (0, 0, 0), max(round(scale), 1), cv2.LINE_AA
-    )
-    return np.vstack([bar, image])
 
 
 def levels(image: np.ndarray) -> np.ndarray:

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fsel.captures.canonical import ingest
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import is_straight, straight
-from fsel.captures.lazy import LazyCapture, open_images
+from fsel.captures.lazy import LazyCapture
 from fsel.captures.poses import sfm
 from fsel.core.points import NO_POINTS, RawPoints, grouped_rows
 
@@ -66,10 +67,11 @@ def _inside(xy: np.ndarray, camera: Camera) -> np.ndarray:
 
 def _triangulated(opened: LazyCapture, frames: list[int], picks: list[int]) -> RawPoints:
     """Points from matches of the picks' images and their known poses."""
-    made = sfm.triangulate(open_images(opened, picks, MATCHED_SIDE))
+    raw = opened.raw.subset(picks)
+    made = sfm.triangulate(ingest(raw, opened.capture.source, MATCHED_SIDE, lazy=True))
     if made is None:
         return NO_POINTS
-    raw, xyz = opened.raw.subset(picks), made.xyz[made.track_point]
+    xyz = made.xyz[made.track_point]
     xy = np.zeros((len(xyz), 2))
     for pick in np.unique(made.track_frame):
         rows, pose = made.track_frame == pick, raw.world_to_camera[pick]
