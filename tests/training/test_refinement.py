@@ -36,14 +36,9 @@ def test_same_seed_same_answer():
     assert refine(objective, start, NAMES, settings, seed=4)[0] == first != start
 
 
-class Valley:
+def valley(best):
     """A draw whose PSNR falls with the distance from its best coefficient, 19 times over."""
-
-    def __init__(self, best):
-        self.best = best
-
-    def value(self, coefficients):
-        return 20 - 19 * abs(coefficients["d_min_s"] - self.best)
+    return lambda coefficients: 20 - 19 * abs(coefficients["d_min_s"] - best)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +52,7 @@ class Valley:
 )
 def test_what_was_found_must_hold_on_draws_kept_apart(bests, kept):
     rules = {"start": {"d_min_s": 0.0}, "refined": {"d_min_s": 1.0}}
-    chosen = _better([Valley(best) for best in bests], rules["start"], rules["refined"])
+    chosen = _better([valley(best) for best in bests], rules["start"], rules["refined"])
     assert chosen is rules[kept]
 
 
