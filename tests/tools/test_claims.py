@@ -1,0 +1,56 @@
+"""The page of the paper's claims counts and compares what a run measured."""
+
+import pandas as pd
+import pytest
+
+from claims import page, scene_means
+
+# by method and K, of two scenes: the selector leads by 1 and 3 dB at K = 30, trails at K = 40
+PSNR = {
+    ("less_is_more", 30): (21.0, 23.0),
+    ("less_is_more", 40): (21.0, 21.0),
+    ("less_is_more_no_appearance", 30): (21.0, 23.0),
+    ("random", 30): (20.0, 20.0),
+    ("random", 40): (24.0, 24.0),
+    ("untrained", 30): (19.0, 19.0),
+    ("untrained", 40): (19.0, 19.0),
+    ("all", 50): (20.0, 22.0),
+}
+
+
+@pytest.fixture
+def results(tmp_path):
+    for scene in (0, 1):
+        folder = tmp_path / "dl3dv" / f"evaluation{scene}" / "draw0"
+        folder.mkdir(parents=True)
+        rows = [
+            {"method": method, "k": k, "seed": seed, "target": target, "psnr": means[scene] + off}
+            for (method, k), means in PSNR.items()
+            for seed in (0, 1)
+            for target, off in ((3, -1.0), (4, 1.0))
+        ]
+        pd.DataFrame(rows).to_parquet(folder / "evaluation.parquet")
+    return tmp_path
+
+
+def test_scenes_are_means_over_targets_and_seeds(results):
+    cells = scene_means(results)
+    assert cells["less_is_more", 30].tolist() == [21.0, 23.0]
+    assert cells["all", 0].tolist() == [20.0, 22.0]
+
+
+def test_claims_by_hand(results):
+    lines = [line.split(" | ") for line in page(results).splitlines() if " | " in line]
+    found = {claim.removeprefix("| "): (ours, verdict) for claim, _, ours, _, verdict, *_ in lines}
+    ahead = next(claim for claim in found if "nine baselines" in claim)
+    assert found[ahead] == ("1 of 2", "not here")
+    ours, verdict = found["over the strongest baseline of each dataset, K = 30"]
+    assert ours.startswith("+2.00 dB")
+    assert verdict == "level"  # two scenes, 1 and 3 dB: the interval holds zero
+    assert found["over the strongest baseline of each dataset, K = 40"][1] == "not here"
+    assert found["over all frames on DL3DV, K = 30"] == ("+1.00 dB (+1.00 to +1.00)", "holds")
+
+
+def test_a_folder_without_a_run_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=str(tmp_path)):
+        page(tmp_path)
