@@ -155,10 +155,3 @@ def test_a_video_without_a_codec_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(video, "CODECS", ())
     with pytest.raises(OSError, match=r"a\.mp4: OpenCV has no codec"):
         video.write_video(tmp_path / "a.mp4", [np.zeros((4, 4, 3), np.uint8)], 25)
-
-
-def test_a_caption_is_above_the_image():
-    image = np.full((48, 480, 3), 7, np.uint8)
-    above = video.captioned(image, "fsel")
-    np.testing.assert_array_equal(above[30:], image)
-    assert above[:30].min() < 100 < above[:30].mean()
