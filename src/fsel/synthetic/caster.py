@@ -31,9 +31,8 @@ class Caster:
     """A scene ready for rays, in float32 (0.01 mm at 100 m)."""
 
     def __init__(self, scene: Scene) -> None:
-        triangles, self.kinds, self.table = scene.finish()
+        triangles, self.kinds, self._objects, self.table = scene.finish()
         self.scene = scene
-        self._objects = scene.of_objects()
         self.light = scene.light.astype(np.float32)
         self._tree = hierarchy.build(triangles)
         a, b, c = triangles.transpose(1, 0, 2)

@@ -80,8 +80,8 @@ def cylinder(radius: float, height: float, sections: int = 24) -> Mesh:
 @cache
 def sphere(subdivisions: int) -> Mesh:
     """A unit sphere: an icosahedron whose triangles are quartered, new corners pushed outwards."""
-    a, b = np.array([1, GOLDEN]) / np.hypot(1, GOLDEN)
-    first = [(i * a, j * b, 0.0) for i in (-1, 1) for j in (-1, 1)]
+    short, long = np.array([1, GOLDEN]) / np.hypot(1, GOLDEN)
+    first = [(i * short, j * long, 0.0) for i in (-1, 1) for j in (-1, 1)]
     vertices = np.array([np.roll(corner, turn) for turn in range(3) for corner in first])
     # its faces: three corners an edge apart each, outwards
     apart = np.linalg.norm(vertices[:, None] - vertices, axis=2)
@@ -90,22 +90,18 @@ def sphere(subdivisions: int) -> Mesh:
     outwards = np.linalg.det(vertices[threes]) > 0
     faces = threes[outwards & (threes[:, 0] < threes[:, 1:].min(axis=1))]
     for _ in range(subdivisions):
-        vertices, faces = _quartered(vertices, faces)
+        edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        unique, middle = np.unique(edges, axis=0, return_inverse=True)
+        new = vertices[unique].sum(axis=1)
+        new /= np.linalg.norm(new, axis=1, keepdims=True)
+        ab, bc, ca = (middle.reshape(-1, 3) + len(vertices)).T
+        a, b, c = faces.T
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        vertices = np.vstack([vertices, new])
+        faces = np.vstack([np.column_stack(part) for part in parts])
     return Mesh(vertices, faces)
 
 
 def _halved(sides) -> np.ndarray:
     """Two triangles for each side of four corners."""
     return np.array([three for a, b, c, d in sides for three in ((a, b, c), (a, c, d))])
-
-
-def _quartered(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each triangle as four, corners of the unit sphere."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    unique, middle = np.unique(edges, axis=0, return_inverse=True)
-    new = vertices[unique].sum(axis=1)
-    new /= np.linalg.norm(new, axis=1, keepdims=True)
-    ab, bc, ca = (middle.reshape(-1, 3) + len(vertices)).T
-    a, b, c = faces.T
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.vstack([vertices, new]), np.vstack([np.column_stack(part) for part in parts])

@@ -94,18 +94,17 @@ class Scene:
         """Return one of the choices."""
         return choices[int(self.rng.integers(len(choices)))]
 
-    def of_objects(self) -> np.ndarray:
-        """Return (n,) uint8 number of the object that each triangle belongs to, 0 for none."""
+    def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles (n, 3, 3) float32, their materials (n,) int32 and objects (n,) uint8.
+
+        Last is the table of materials. The number of no object is 0.
+        """
         numbers = np.zeros(len(self.meshes), np.uint8)
         for number, rows in self.objects.items():
             numbers[rows] = number
-        return np.repeat(numbers, [len(m.faces) for m in self.meshes])
-
-    def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return triangles (n, 3, 3) float32, their material (n,) int32, the material table."""
         triangles = np.concatenate([m.triangles for m in self.meshes]).astype(np.float32)
         owner = np.repeat(np.arange(len(self.meshes)), [len(m.faces) for m in self.meshes])
-        return triangles, owner.astype(np.int32), np.array(self.materials)
+        return triangles, owner.astype(np.int32), numbers[owner], np.array(self.materials)
 
 
 def hsv(hue: float, saturation: float, value: float) -> np.ndarray:

@@ -79,10 +79,7 @@ class Settings:
         if search["kept"] > search["stored"]:
             found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"
             raise Refusal(found, "raise search.stored")
-        self._check_frames()
-
-    def _check_frames(self) -> None:
-        frames, entries = self.config["embedded"]["frames"], self.datasets.entries
+        frames = self.config["embedded"]["frames"]
         for name, role in product(entries, ROLES):
             needed, embedded = self.frames_needed(role), kinds_of(entries[name]) == ["embedded"]
             if embedded and self.scenes(name, role) and frames < needed:
