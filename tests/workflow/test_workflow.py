@@ -31,7 +31,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["generate"] == jobs["ingest"] == jobs["describe"] == total
     labels = labelled["train"] + labelled["validation"]
     assert jobs["split_labelled"] == jobs["features_labelled"] == labels
-    assert jobs["label"] == 5 * labels  # at each coverage level
+    assert jobs["label"] == config["coverages_per_scene"] * labels
     assert jobs["split"] == jobs["features"] == jobs["select"] == jobs["evaluate"] == evaluation
     assert jobs["train"] == jobs["train_no_appearance"] == 1
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
