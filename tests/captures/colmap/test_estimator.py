@@ -11,6 +11,7 @@ from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
+from fsel.captures.read import read_folder
 from fsel.core.programs import MissingRequirement
 
 
@@ -31,6 +32,11 @@ def test_the_largest_model_is_taken_under_the_photos_own_names(photos, tmp_path)
     np.testing.assert_allclose(found.world_to_camera[:, :, 3], parabola, atol=1e-12)
     assert found.sparse() is None
     assert Estimator(by=[["colmap", "mapper"], ["glomap", "mapper"]]).name == "glomap"
+
+
+def test_a_capture_is_read_with_a_programs_poses(photos, tmp_path):
+    read = read_folder(photos, "images", 32, poses={"by": pose_program.written(tmp_path)})
+    assert len(read.capture) == 5
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,7 @@ def test_sift_sees_in_the_dark(tmp_path):
     names = ["lit.png", "dim.png", "dark.png"]
     for name, share in zip(names, (1, 0.2, 0.05), strict=True):
         cv2.imwrite(str(tmp_path / name), (lit * share).astype(np.uint8))
+    assert runs._contrast(tmp_path / "none.png") == 1
     database = tmp_path / "database.db"
     runs.extract(database, tmp_path, names, Work())
     with pycolmap.Database.open(str(database)) as stored:
