@@ -505,6 +505,7 @@ use rule stage as evaluate_transfer with:
         reconstruction=paper.reconstruction("transfer"),
         metrics=experiment.metrics,
         budgets=lambda wildcards: paper.budgets("budgets"),
+        seeds=list(range(experiment.config["transfer"]["seeds"])),
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} by {wildcards.compared}"
 
@@ -528,6 +529,7 @@ use rule table as transfer with:
         ),
         reconstructors=lambda wildcards: paper.described("transfer"),
         budgets=lambda wildcards: paper.budgets("budgets"),
+        seeds=list(range(experiment.config["transfer"]["seeds"])),
         metrics=experiment.metrics,
         facts=experiment.facts([experiment.trained]),
 
@@ -556,6 +558,7 @@ use rule stage as evaluate_reconchoice with:
         reconstruction=paper.reconstruction("reconchoice"),
         metrics=experiment.metrics,
         budgets=lambda wildcards: paper.budgets("inputs"),
+        seeds=list(range(experiment.config["transfer"]["seeds"])),
         memory=int(experiment.config["transfer"]["memory"]),
     message:
         "Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}"
@@ -563,13 +566,16 @@ use rule stage as evaluate_reconchoice with:
 
 use rule table as reconchoice with:
     input:
-        evaluations=lambda wildcards: paper.evaluations("reconchoice", [0]),
+        evaluations=lambda wildcards: paper.evaluations("reconchoice", paper.draws),
         lib=paper.library("reconchoice", "reconchoice"),
     output:
         **shown("reconchoice", "Reconstructors", folder=""),
     log:
         "<results>/logs/reconchoice.log",
     params:
+        problems=lambda wildcards: scenes.problems(
+            scenes.held_out(experiment), paper.draws
+        ),
         reconstructors=lambda wildcards: paper.described("reconchoice"),
         metrics=experiment.metrics,
         memory=int(experiment.config["transfer"]["memory"]),
@@ -702,5 +708,5 @@ use rule qualitative as real_world with:
     benchmark:
         "<results>/benchmarks/real_world.jsonl"
     params:
-        k=max(paper.pass_budgets),
+        k=experiment.budget_near(30),
         facts=lambda wildcards: paper.picture_facts(scenes.rooms(experiment)[0][0]),

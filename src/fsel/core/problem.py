@@ -81,8 +81,8 @@ class Problem:
 
     @property
     def sequence(self) -> np.ndarray:
-        """Frames that stand for all: the observed ones, 1,000 evenly spread where more are."""
-        return self.observed[evenly(len(self.observed), MOST_FRAMES)]
+        """Frames that stand for all: the candidates, 1,000 evenly spread where more are."""
+        return self.candidates[evenly(len(self.candidates), MOST_FRAMES)]
 
     def pool(self, name: str) -> np.ndarray:
         """Return the allowed frames: `candidates` (P) or `observed` (P and O), ascending."""

@@ -17,7 +17,7 @@ RECONSTRUCTORS = {
     "splats": {"reconstructor": "splats", "long_side": 96},
     "g_2": {"reconstructor": "g_2 (gaussians)", "long_side": 64},
 }
-TOLD = {"budgets": [30], "metrics": ["psnr"], "facts": FACTS}
+TOLD = {"budgets": [30], "seeds": [0], "metrics": ["psnr"], "facts": FACTS}
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def scene(tmp_path_factory):
 
 def test_the_picks_asked_for_are_measured_and_no_others(scene, tmp_path):
     paths = [scene / "split.parquet"], [scene / "selections.parquet"], [tmp_path / "t.parquet"]
-    how = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"], "budgets": [3]}
+    how = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"], "budgets": [3], "seeds": [0]}
     evaluate_transfer(scene, *paths, **how, config="c")
     table = pd.read_parquet(tmp_path / "t.parquet")
     found = table[["method", "seed", "k", "target"]].values.tolist()
@@ -81,7 +81,12 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
         assert own.split(" & ")[3] == r" \\"  # fsel minus itself
 
 
-ASKED = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "ssim"], "budgets": [3]}
+ASKED = {
+    "reconstruction": RECONSTRUCTION,
+    "metrics": ["psnr", "ssim"],
+    "budgets": [3],
+    "seeds": [0],
+}
 
 
 def chosen(scene, folder, memory):
@@ -124,7 +129,7 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     means = cost_means(full, ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
     assert np.isnan(means["psnr"][ALL_FRAMES])
-    told = {"metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    told = {"metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS, "problems": ["d/s/draw0"]}
     told["reconstructors"] = RECONSTRUCTORS
     reconchoice([*fits, *full], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     lines = (tmp_path / "r.tex").read_text().splitlines()
@@ -138,6 +143,7 @@ def test_a_gpu_is_named_where_one_was_used(tmp_path):
     pd.read_parquet(path).assign(device="H_1").to_parquet(path)
     named = {"g_2": RECONSTRUCTORS["g_2"]}
     told = {"reconstructors": named, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    told |= {"problems": ["d/s/draw0"]}
     reconchoice([path], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     said = r"On a GPU, seconds by the clock and memory of the GPU: \texttt{g\_2} (H\_1)."
     assert said in (tmp_path / "r.tex").read_text()

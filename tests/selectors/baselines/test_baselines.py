@@ -230,11 +230,11 @@ def test_the_untrained_sum_against_a_slow_loop(seed):
     np.testing.assert_array_equal(got, problem.candidates[picked])
 
 
-def test_all_frames_are_those_observed_and_of_a_long_capture_some_evenly():
+def test_all_frames_are_the_candidates_and_of_a_long_capture_some_evenly():
     problem = random_problem(30)
-    np.testing.assert_array_equal(problem.sequence, problem.observed)
+    np.testing.assert_array_equal(problem.sequence, problem.candidates)
     problem = random_problem(2105, targets=5)
-    frames, pool = problem.sequence, problem.observed
+    frames, pool = problem.sequence, problem.candidates
     assert len(frames) == 1000
     assert (frames[0], frames[-1]) == (pool[0], pool[-1])
     assert set(np.diff(np.searchsorted(pool, frames))) <= {2, 3}

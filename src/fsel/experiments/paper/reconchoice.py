@@ -16,7 +16,6 @@ from fsel.experiments.paper.transfer import of_each
 from fsel.metrics import Metrics, headings, units
 
 METHOD = "less_is_more"
-SEED = 0
 
 
 def evaluate_reconchoice(
@@ -28,6 +27,7 @@ def evaluate_reconchoice(
     reconstruction: Mapping,
     metrics: Metrics,
     budgets: Sequence[int],
+    seeds: Sequence[int],
     memory: int,
     config: str,
 ) -> None:
@@ -39,9 +39,10 @@ def evaluate_reconchoice(
         memory: bytes that one reconstruction may take.
     """
     picks = read_table(selections)
-    own = picks.query("method == @METHOD and seed == @SEED").groupby("k")["frame"]
-    subsets = {k: own.get_group(k).to_numpy(np.int64) for k in budgets}
-    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"].to_numpy(np.int64)
+    own = picks[picks["method"] == METHOD].groupby(["k", "seed"])["frame"]
+    made = [(k, seed) for k in budgets for seed in seeds if (k, seed) in own.groups]
+    subsets = [(k, own.get_group((k, seed)).to_numpy(np.int64)) for k, seed in made]
+    subsets += [(ALL_FRAMES, picks["frame"][picks["method"] == "all"].to_numpy(np.int64))]
     targets, alone = Split.load(split).targets, {"repeats": 1, "memory": memory}
     table = costs_alone(folder, subsets, targets, reconstruction, metrics, **alone)
     write_table(table, evaluation, units=units(metrics) | UNITS, config=config)
@@ -52,6 +53,7 @@ def reconchoice(
     table: File,
     numbers: File,
     *,
+    problems: Sequence[str],
     reconstructors: Mapping[str, Mapping],
     metrics: Metrics,
     memory: int,
@@ -60,8 +62,8 @@ def reconchoice(
     """Write the table "Comparison across reconstructors".
 
     Args:
-        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first reconstructor, then
-            of the next.
+        evaluations: what `evaluate_reconchoice` wrote: all problems of the first reconstructor,
+            then of the next.
         table, numbers: receive LaTeX, and reconstructor, k and the columns of `cost_means`.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
@@ -77,9 +79,10 @@ def reconchoice(
             rows[-1] += _cells(row, metrics)
     head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(reconstructors)]
     groups = [(printed(own), 3) for own in reconstructors.values()]
+    scenes = len({problem.rpartition("/")[0] for problem in problems})
     text = (
-        r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
-        f"draw of targets) and all observed frames of {means['n'].max()} scenes. Processor "
+        r"\textbf{Comparison across reconstructors.} The picks of ours and all candidates of "
+        f"{scenes} scenes, {len(problems)} draws of targets in all. Processor "
         "seconds of fitting and rendering, and the peak of memory above the idle process; each in "
         f"a process of its own, which may take {memory / 1e9:.3g}~GB. {_on_gpus(means)}"
         f"Captures: {captures_of(facts)}."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -39,7 +39,7 @@ VARIANTS = {
 
 def costs_alone(
     folder: File,
-    subsets: Mapping[int, np.ndarray],
+    subsets: Iterable[tuple[int, np.ndarray]],
     targets: np.ndarray,
     reconstruction: Mapping,
     metrics: Metrics = ("psnr",),
@@ -48,14 +48,14 @@ def costs_alone(
     """Measure quality, seconds and memory of reconstructions, each in a process of its own.
 
     Args:
-        subsets: k (`ALL_FRAMES` for all) -> frames.
+        subsets: k (`ALL_FRAMES` for all) and frames of each.
 
     Returns:
         k, the metrics, the columns of `UNITS`, device, outcome; numbers are NaN where a
         reconstruction did not finish.
     """
     rows = []
-    for k, frames in subsets.items():
+    for k, frames in subsets:
         try:
             cost = measure_alone(folder, frames, targets, reconstruction, metrics=metrics, **limits)
         except Unfinished as end:
@@ -69,7 +69,7 @@ def costs_alone(
 
 
 def cost_means(costs: Files, metrics: Metrics = ()) -> pd.DataFrame:
-    """Return by k the metrics, seconds (fit and rendering), peak_mb, n (scenes), device, outcome.
+    """Return by k the metrics, seconds (fit, rendering), peak_mb, n (rows), device and outcome.
 
     Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
     """
@@ -105,7 +105,7 @@ def measure_costs(
     variants = {run.method.name: run for run in learned_runs(weights)}
     picks = picks_at(problem, variants[next(iter(VARIANTS))], budgets, rng_by_name(0))
     subsets = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
-    measured = costs_alone(folder, subsets, targets, reconstruction)
+    measured = costs_alone(folder, subsets.items(), targets, reconstruction)
     write_table(measured, costs, units=UNITS, config=config)
     a_pool = descriptor_seconds(np.asarray(problem.capture.images[problem.observed]), appearance)
     rows = []

@@ -20,7 +20,6 @@ from fsel.stages.evaluate import evaluate
 BASELINES = (*crosscapture.BASELINES, "nearest")
 OURS = ("less_is_more", "fsel")
 SHOWN = {name: LABELS[name] for name in (*BASELINES, *OURS)}
-SEED = 0  # the one seed whose picks are reconstructed
 
 
 def evaluate_transfer(
@@ -32,10 +31,11 @@ def evaluate_transfer(
     reconstruction: Mapping,
     metrics: Metrics,
     budgets: Sequence[int],
+    seeds: Sequence[int],
     config: str,
 ) -> None:
     """Reconstruct a capture from the picks that the table shows; see `fsel.stages.evaluate`."""
-    only = {"method": list(SHOWN), "k": budgets, "seed": [SEED]}
+    only = {"method": list(SHOWN), "k": budgets, "seed": seeds}
     how: dict[str, Any] = {"reconstruction": reconstruction, "metrics": metrics, "config": config}
     evaluate(folder, splits, selections, evaluations, only=only, **how)
 
@@ -56,6 +56,7 @@ def transfer(
     problems: Sequence[str],
     reconstructors: Mapping[str, Mapping],
     budgets: Sequence[int],
+    seeds: Sequence[int],
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
@@ -90,7 +91,7 @@ def transfer(
                 rows[-1] += _cells(values.loc[(method, k)], paired_gaps, method, k, metrics)
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
     groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
-    text = caption(reconstructors, problems, facts)
+    text = caption(reconstructors, problems, seeds, facts)
     made = plain_table(head, rows, caption=text, label="tab:transferwopt", groups=groups)
     write_text(made, table)
 
@@ -108,7 +109,12 @@ def _cells(
         yield "" if row is None else difference(row["mean"], row["ci_low"], row["ci_high"])
 
 
-def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], facts: Mapping) -> str:
+def caption(
+    reconstructors: Mapping[str, Mapping],
+    problems: Sequence[str],
+    seeds: Sequence[int],
+    facts: Mapping,
+) -> str:
     """Describe the captures and reconstructors of the table, in LaTeX; arguments of `transfer`."""
     scenes = len({problem.rpartition("/")[0] for problem in problems})
     names = ", ".join(map(printed, reconstructors.values()))
@@ -117,5 +123,5 @@ def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], fact
         f"reconstructor ({names}); nothing is selected anew for any. Right of each cell: PSNR (dB) "
         "of ours and of fsel minus the row's, paired, with 95\\% intervals, bold where they "
         f"exclude zero. Means over {scenes} scenes, {len(problems)} draws of targets in all, and "
-        f"one seed of the methods that have several. Captures: {captures_of(facts)}."
+        f"{len(seeds)} of the seeds of methods that have several. Captures: {captures_of(facts)}."
     )

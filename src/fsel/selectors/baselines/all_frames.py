@@ -1,4 +1,4 @@
-"""Every observed frame: the full sequence, without selection."""
+"""Every candidate: the full sequence, without selection (paper, `tab:time_quality`)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Return the start of the whole sequence; of more frames than it has, of those observed."""
+    """Return the start of the whole sequence; of more frames than it has, of all candidates."""
     frames = problem.sequence
-    return (frames if k <= len(frames) else problem.observed)[:k]
+    return (frames if k <= len(frames) else problem.candidates)[:k]
 
 
-METHOD = Method("all", "All frames", "observed", nested=True, select=select)
+METHOD = Method("all", "All frames", "candidates", nested=True, select=select)
