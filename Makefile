@@ -46,9 +46,17 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
+# every table and figure of the default run, hours, and its pages: docs/results/*.md
+.PHONY: results
+STUDIES = $(patsubst %,results/tables/%.tex,candidate_pools economy speed_error stability)
+results: .venv/installed
+	.venv/bin/snakemake --cores $(CORES) all paper $(STUDIES)
+	$(MAKE) docs
+
 # write docs/results/*.md from the csv files of this checkout: docs/results/pages.yaml
 docs: .venv/installed
 	.venv/bin/python tools/result_pages.py
+	.venv/bin/python tools/claims.py
 
 # the script of the page of `fsel view`, for a wheel: src/fsel/pages/viewer/bundle.js
 .PHONY: viewer

@@ -2,12 +2,15 @@
 
     python tools/check_reference.py [--write] [--tables results/tables] [--reference docs/results]
 
-The exit code is 1 where a table differs. `--write` makes the tables of this run the reference.
+The pages of docs/results say which csv files they print; those of another table are named too,
+where the run has made it and it holds no seconds. The exit code is 1 where anything differs.
+`--write` makes the tables of this run the reference.
 """
 
 import argparse
 import csv
 import hashlib
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -15,6 +18,9 @@ from pathlib import Path
 NAMES = ("ksweep.csv", "heatmap.csv")
 SUMS = "sha256.txt"
 KEYS = ("dataset", "method", "k", "metric", "reference", "rivals")  # columns that name a row
+
+MEASURED = re.compile(r"(^|_)(s|seconds|ms|mb)$")  # columns that no two runs share
+PRINTED = re.compile(r"^sha256 of `(.+)`: `(\w+)`$", re.MULTILINE)
 
 Rows = dict[tuple[str, ...], dict[str, str]]
 
@@ -40,6 +46,22 @@ def write(tables: Path, reference: Path) -> None:
         shutil.copyfile(tables / name, reference / name)
     sums = [f"{sha256_of(reference / name)}  {name}\n" for name in NAMES]
     (reference / SUMS).write_text("".join(sums))
+
+
+def stale(reference: Path, root: Path) -> list[str]:
+    """Name the pages of `reference` that print another table than the one below `root`."""
+    found = []
+    for page in sorted(reference.glob("*.md")):
+        for name, digest in PRINTED.findall(page.read_text(encoding="utf-8")):
+            path = root / name
+            if path.exists() and not _measured(path) and sha256_of(path) != digest:
+                found.append(f"{page}: {name} has changed; `make docs` writes the page anew")
+    return found
+
+
+def _measured(path: Path) -> bool:
+    with path.open(encoding="utf-8") as file:
+        return any(map(MEASURED.search, file.readline().strip().split(",")))
 
 
 def difference(path: Path, reference: Path) -> str:
@@ -90,7 +112,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.write:
         write(options.tables, options.reference)
         return 0
-    found = compare(options.tables, options.reference)
+    found = compare(options.tables, options.reference) + stale(options.reference, Path())
     print("\n".join(found) or f"{' and '.join(NAMES)} are equal to {options.reference} to the byte")
     return int(bool(found))
 

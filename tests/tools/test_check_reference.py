@@ -2,7 +2,7 @@
 
 import pytest
 
-from check_reference import compare, main, write
+from check_reference import compare, main, sha256_of, stale, write
 
 SWEEP = """dataset,method,k,metric,mean,n
 a,fsel,5,psnr,20.000000,3
@@ -60,3 +60,13 @@ def test_a_difference_ends_the_command_with_one(folders, capsys):
     assert "20.500000, not 20.000000" in capsys.readouterr().out
     assert main([*places, "--write"]) == 0
     assert main(places) == 0
+
+
+def test_pages_of_another_table_are_named_but_for_those_of_seconds(tmp_path):
+    for name, head in (("same", "k,mean"), ("other", "k,mean"), ("time", "k,fit_seconds")):
+        table = tmp_path / f"{name}.csv"
+        table.write_text(f"{head}\n5,1.0\n")
+        digest = sha256_of(table) if name == "same" else "0" * 64
+        (tmp_path / f"{name}.md").write_text(f"# {name}\n\nsha256 of `{name}.csv`: `{digest}`\n")
+    (sentence,) = stale(tmp_path, tmp_path)
+    assert "other.md" in sentence
