@@ -69,6 +69,22 @@ def test_values_that_make_no_sense_are_named(given, said, capsys):
 
 
 @pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        ("selct capture -k 3", "select"),
+        ("select capture -k 3 -o out --trget every:8", "--targets"),
+        ("select capture -k 3 --ouput out", "--out"),
+    ],
+)
+def test_a_typo_is_answered_with_what_was_meant(line, meant, capsys):
+    with pytest.raises(SystemExit) as stop:
+        parsed(line.split())
+    said = capsys.readouterr().err
+    assert (stop.value.code, len(said.splitlines())) == (2, 2)
+    assert f"Did you mean {meant}?" in said
+
+
+@pytest.mark.parametrize(
     ("text", "size"),
     [
         ("8G", 8 * 10**9),

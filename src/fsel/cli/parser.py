@@ -29,13 +29,14 @@ from fsel.cli.options import (
     words,
 )
 from fsel.cli.select_options import add_select
+from fsel.cli.usage import Parser
 
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the grammar of all commands."""
-    root = argparse.ArgumentParser(
+    root = Parser(
         prog="fsel",
         description="Choose the frames of a posed capture that a novel-view reconstructor "
         "should be fed.",
@@ -114,7 +115,7 @@ def _add_reconstruct(commands) -> None:
         "select` wrote holds its picks"
     )
     command.add_argument("--frames", type=Path, help=text)
-    text = "by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts"
+    text = "by gaussians, of 384, 640 or 960 pixels; draft where no option below is stated"
     command.add_argument("--quality", choices=("draft", "good", "best"), help=text)
     _add_reconstructor(command)
     add_size(command, None, "96")
