@@ -56,6 +56,8 @@ def test_the_call_leaves_out_what_the_command_does(spoilt):
     assert not BAD & set(fsel.select(spoilt, 21, patience=0).names)
     assert set(fsel.select(spoilt, 24, patience=0).names) > BAD
     assert len(fsel.select(spoilt, 21, patience=0, keep_bad=True)) == 21
+    read = fsel.read_capture(spoilt, skip_unreadable=True)
+    assert not BAD & set(fsel.select(read, 21, patience=0))
 
 
 def test_the_least_bad_come_back_where_so_many_are_wanted(spoilt, tmp_path):

@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from fsel.captures.images import files as image_files
 from fsel.cli import console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
+from fsel.reconstruct.gaussians.settings import QUALITIES
 from fsel.selection.scene_depth import viewing_distance
 
 
@@ -216,13 +218,17 @@ def test_reconstruct_writes_the_splats_of_its_frames(capture, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("targets", [[], ["--targets", "every:8"]])
-def test_reconstruct_takes_what_select_wrote(targets, capture, tmp_path, capsys):
+def test_reconstruct_takes_what_select_wrote(targets, capture, tmp_path, capsys, monkeypatch):
+    small = replace(QUALITIES["draft"], long_side=48, gaussians=200, steps=3)
+    monkeypatch.setitem(QUALITIES, "draft", small)
     asked = ["-k", 5, "--patience", 0, "--quiet", *targets, "-o", tmp_path / "picked"]
     assert run("select", capture, *asked) == 0
     out = tmp_path / "scene.ply"
     assert run("reconstruct", tmp_path / "picked", "--json", "-o", out) == 0
     picked = (tmp_path / "picked" / "frames.txt").read_text().split()
-    assert sorted(json.loads(capsys.readouterr().out)["frames"]) == sorted(picked)
+    said = json.loads(capsys.readouterr().out)
+    assert sorted(said["frames"]) == sorted(picked)
+    assert (said["reconstructor"], said["steps"]) == ("gaussians", 3)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.read import read_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
+from fsel.selection.select import select_frames
+from fsel.selection.validation import CandidateScore, ValidationResult
 from fsel.selectors.scorer import Network
 
 
@@ -36,6 +38,19 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "the whole capture" in printed
     assert "--targets" in printed
+
+
+def test_the_last_line_says_that_trying_was_cut(capture, tmp_path, capsys, monkeypatch):
+    def cut(checked, console):
+        outcome = select_frames(checked, console)
+        tried = CandidateScore("uniform", outcome.selection.indices, 0, 0, 0, 0, 9, 5)
+        tried = ValidationResult((tried,), "uniform", 5, cut=True)
+        return replace(outcome, selection=replace(outcome.selection, tried=tried))
+
+    monkeypatch.setattr("fsel.cli.select.select_frames", cut)
+    assert select(capture, "-k", 6, "-o", tmp_path / "out") == 0
+    assert "5 fits" in capsys.readouterr().out.splitlines()[-1]
+    assert record_of(tmp_path / "out")["tried"]["cut"]
 
 
 def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path):

@@ -22,7 +22,6 @@ from fsel.selection.export import placing, subset
         (["--targets", "nowhere.json"], ["nowhere.json", "no such file"]),
         (["--targets", "path.json"], ["far from every camera", "another world frame"]),
         (["--targets", "names.txt"], ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
-        (["--masks", "gone"], ["no such folder of masks"]),
         (["--method", "best"], ["'best'", "allowed: fsel"]),
         (["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
     ],

@@ -75,7 +75,7 @@ def test_a_capture_that_was_read_is_exported_from_its_files(ring, tmp_path):
     assert (tmp_path / "out/test/images/frame_003.jpg").read_bytes() == (
         ring / "images/frame_003.jpg"
     ).read_bytes()
-    with pytest.raises(FileExistsError, match="exists already"):
+    with pytest.raises(FileExistsError, match="force=True"):
         chosen.export(tmp_path / "out")
     chosen.export(tmp_path / "out", force=True, link=True)
 
@@ -181,6 +181,7 @@ def test_fit_and_evaluate_take_names(capture):
 
 def test_what_is_printed_is_short(capture):
     chosen = fsel.select(capture, 5, EVERY)
+    assert tuple(chosen) == chosen.names
     first = ", ".join(chosen.names[:3])
     assert repr(chosen) == f"Selection(5 frames: {first}, ...; 4 held out)"
     assert repr(capture).startswith("Capture(24 frames of 64x48, 1 sequence, 80 points; colmap at")

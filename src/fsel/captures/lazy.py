@@ -94,6 +94,12 @@ class LazyCapture:
         return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
 
 
+def of_capture(capture: Capture) -> LazyCapture | None:
+    """Return a capture with the files that it was read from; None where it was not."""
+    layout = capture.source.partition(" at ")[0]
+    return None if capture.files is None else LazyCapture(layout, capture.files, capture)
+
+
 def open_capture(
     path: str | Path,
     layout: str = "auto",

@@ -27,7 +27,7 @@ from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.selection.cover import served
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
-from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of
+from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
 from fsel.selection.select import examined_targets
 from fsel.selection.targets import Targets
 
@@ -53,6 +53,9 @@ def run(args: argparse.Namespace, console: Console) -> None:
     checked(args)
     metrics = metrics_of(args, console)
     methods = [method_of(name) for name in args.methods]
+    if min(args.k) < 2:
+        raise ValueError(f"k is {min(args.k)}; a reconstruction needs at least two frames")
+    vet(SelectionRequest(None, max(args.k), args.targets, focus=args.masks))
     with staged(args.out, inputs_of(args), args.force) as stage:
         opened = open_capture.opened(args, console, args.long_side)
         focus = focus_of(args.box if args.masks is None else args.masks, opened)
@@ -92,8 +95,6 @@ def _checked(
     """Refuse every budget and method that cannot be served, before any image is opened."""
     for method in methods:
         for k in args.k:
-            if k < 2:
-                raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
             # what takes every frame is compared as such, whatever k is
             named = method_of() if method.name == ALL_FRAMES else method
             request = SelectionRequest(opened, k, args.targets, named, focus=focus)

@@ -99,7 +99,7 @@ def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
     if len(capture) < LEAST_FRAMES:
         return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
     bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
-    chosen = select(capture, AUTO, never=bad if len(bad) else None)
+    chosen = select(capture, AUTO, never=bad, keep_bad=True)
     budget = chosen.budget
     return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
 

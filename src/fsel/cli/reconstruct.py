@@ -17,10 +17,10 @@ from fsel.reconstruct import Reconstructor
 from fsel.reconstruct.gaussians.settings import QUALITIES, Quality
 from fsel.selection.export.forms import TRANSFORMS
 from fsel.selection.export.subset import TRAIN
-from fsel.selection.frames import named_in
+from fsel.selection.frames import is_stated, named_in
 
 ENDING = ".ply"
-FINE = "gaussians"  # the reconstructor of --quality
+FINE, DRAFT = "gaussians", "draft"  # the reconstructor of --quality, and its usual value
 LONG_SIDE = 96
 KEPT = "interrupted: the model so far is written; again to give up"
 
@@ -31,6 +31,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     settings = {} if quality is None else quality.settings
     _check(args, settings)
     if args.frames is not None:
+        is_stated(args.frames)
         open_as(args, record_of(args.frames.parent))
     elif (args.capture / TRAIN / TRANSFORMS).is_file():
         args.capture /= TRAIN  # of a selection that holds frames out
@@ -77,7 +78,8 @@ def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
 
 def _quality_of(args: argparse.Namespace) -> Quality | None:
     """Return the quality of --quality, and set the reconstructor and the size that belong to it."""
-    quality = None if args.quality is None else QUALITIES[args.quality]
+    usual = (args.reconstructor, args.steps, args.long_side) == (None, None, None)
+    quality = QUALITIES[args.quality or DRAFT] if usual or args.quality else None
     if quality is not None:
         stated = {"--steps": args.steps, "--long-side": args.long_side}
         if args.reconstructor not in (None, FINE):

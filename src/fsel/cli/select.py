@@ -30,13 +30,7 @@ from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
 from fsel.selection.outcome import Outcome
-from fsel.selection.request import (
-    AUTO,
-    CheckedRequest,
-    SelectionRequest,
-    checked_request,
-    method_of,
-)
+from fsel.selection.request import AUTO, CheckedRequest, SelectionRequest, checked_request, vet
 from fsel.selection.select import select_frames
 from fsel.selection.targets import ALL
 from fsel.selection.validation import TimeBudget
@@ -55,13 +49,15 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             "--vram and --trainer go together, with -k auto, as --vram 8GB --trainer gsplat"
         )
-    method_of(args.method, args.weights)  # refused before anything is opened
+    asked = _request(args)
+    vet(asked)  # before poses are sought
     with staged(args.out, inputs_of(args), args.force) as stage:
         source = opened(args, console)
         seconds = {"read": time.perf_counter() - started}
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
-        checked = checked_request(_request(args, source, form))
+        number = _auto(args, source, form) if args.k == AUTO else args.k
+        checked = checked_request(replace(asked, source=source, k=number))
         _say_request(console, checked, source)
         with _trying(checked.patience, console) as patience:
             outcome = select_frames(replace(checked, patience=patience), console)
@@ -75,21 +71,27 @@ def run(args: argparse.Namespace, console: Console) -> None:
         content["seconds"] = {name: round(value, 4) for name, value in seconds.items()}
         (stage / record.RECORD).write_text(json_text(content), encoding="utf-8")
     _say_outcome(console, outcome)
-    console.say("written", f"{args.out} after {seconds['total']:.2f} s")
+    tried, cut = outcome.selection.tried, ""
+    if tried is not None and tried.cut:
+        cut = f"; the time was over after {counted(tried.fits, 'fit')}: with less load, or more "
+        cut += "--patience, other picks may be kept"
+    console.say("written", f"{args.out} after {seconds['total']:.2f} s{cut}")
     console.give(content)
 
 
-def _request(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> SelectionRequest:
-    """Return what the command line asks for."""
-    k = args.k
-    if k == AUTO:
-        camera = source.raw.cameras[0]
-        scale = (form.long_side or source.longest) / source.longest
-        size = (max(1, round(camera.width * scale)), max(1, round(camera.height * scale)))
-        k = Auto(memory=args.vram, size=size, **({"trainer": args.trainer} if args.trainer else {}))
+def _auto(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> Auto:
+    """Return how the number of frames is found, for images of the size that is written."""
+    camera = source.raw.cameras[0]
+    scale = (form.long_side or source.longest) / source.longest
+    size = (max(1, round(camera.width * scale)), max(1, round(camera.height * scale)))
+    return Auto(memory=args.vram, size=size, **({"trainer": args.trainer} if args.trainer else {}))
+
+
+def _request(args: argparse.Namespace) -> SelectionRequest:
+    """Return what the command line asks for, of a capture yet to be opened."""
     return SelectionRequest(
-        source=source,
-        k=k,
+        source=None,
+        k=args.k,
         targets=args.targets,
         method=args.method,
         weights=args.weights,

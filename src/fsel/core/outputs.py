@@ -56,7 +56,7 @@ def _refuse_existing(out: Path, force: bool) -> None:
     if not os.path.lexists(place) or (place.is_dir() and not any(place.iterdir())):
         return
     if not force:
-        raise FileExistsError(f"{out}: exists already. Hint: --force replaces it")
+        raise FileExistsError(f"{out}: exists already. Hint: `force=True` (--force) replaces it")
     if any(own.is_relative_to(place) for own in (Path.cwd(), Path.home())):
         raise FileExistsError(f"{out}: holds your home or working folder. Hint: another place")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
@@ -20,7 +21,7 @@ from fsel.selection.budget import Auto
 from fsel.selection.focus import Focus
 from fsel.selection.frames import Wish, frames_of
 from fsel.selection.outcome import Selection
-from fsel.selection.request import Describe, SelectionRequest, SharpnessOf, checked_request
+from fsel.selection.request import Describe, SelectionRequest, SharpnessOf, checked_request, vet
 from fsel.selection.select import select_frames
 from fsel.selection.targets import Request
 from fsel.selection.validation import TimeBudget
@@ -86,8 +87,8 @@ def select(
         descriptors: (N, D) of every frame, or what measures them of a capture; else `lab_hog`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
-        keep_bad: whether bad frames may be picked. Else those of a folder, a video or poses are
-            left out, as `fsel.bad_frames` names them; a `Capture` is taken as it is.
+        keep_bad: whether bad frames may be picked. Else they are left out, as `fsel.bad_frames`
+            names them, but for a `Capture` that was not read from image files.
 
     Raises:
         ValueError: for a request that cannot be met: too few frames, an unknown method, weights of
@@ -99,7 +100,7 @@ def select(
         >>> chosen.export("garden20")
     """
     request = SelectionRequest(
-        source=captured(capture, k if isinstance(k, int) else 0),
+        source=None,
         k=k,
         targets=targets,
         method=method,
@@ -115,7 +116,9 @@ def select(
         never=never,
         keep_bad=keep_bad,
     )
-    return select_frames(checked_request(request)).selection
+    vet(request)  # poses that are to be found take minutes
+    opened = captured(capture, k if isinstance(k, int) else 0)
+    return select_frames(checked_request(replace(request, source=opened))).selection
 
 
 def captured(source: Source, wanted: int = 0) -> Capture | LazyCapture:

@@ -102,11 +102,8 @@ def from_masks(capture: Capture, folder: str | Path) -> Focus:
 
     Raises:
         ValueError: when fewer than two masks show the object, or a file cannot be read.
-        FileNotFoundError: when there is no such folder.
     """
     folder = Path(folder)
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such folder of masks")
     hint = f"they are named like the frames, for instance {Path(capture.names[0]).stem}.png"
     files = ((row, mask_file(folder, name)) for row, name in enumerate(capture.names))
     masks = ((row, load_white(file)) for row, file in files if file)

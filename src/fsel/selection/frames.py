@@ -20,14 +20,20 @@ Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
 
 def frames_wished(capture: Capture, wish: Wish) -> np.ndarray:
     """(n,) int64 frames of a list, which may be empty, or a file of them."""
-    if wish is None or (not isinstance(wish, str | Path) and np.size(wish) == 0):
+    if wish is None or not is_stated(wish):
         return np.empty(0, np.int64)
-    if isinstance(wish, str | Path):
-        path = Path(wish)
-        if not path.is_file():
-            raise FileNotFoundError(f"{path}: no such file of frame names, one a line")
-        return named_in(path, capture)
-    return frames_of(capture, wish)
+    return (
+        named_in(Path(wish), capture) if isinstance(wish, str | Path) else frames_of(capture, wish)
+    )
+
+
+def is_stated(wish: Wish) -> bool:
+    """Return whether frames are named; a file of their names must be there."""
+    if not isinstance(wish, str | Path):
+        return wish is not None and np.size(wish) > 0
+    if not Path(wish).is_file():
+        raise FileNotFoundError(f"{wish}: no such file of frame names, one a line")
+    return True
 
 
 def named_in(path: Path, capture: Capture) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.lazy import LazyCapture
+from fsel.captures.lazy import of_capture
 from fsel.captures.quality.findings import Health
 from fsel.core.capture import Capture, Views
 from fsel.core.outputs import staged
@@ -64,6 +65,9 @@ class Selection:
     def __len__(self) -> int:
         return len(self.names)
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
     def export(
         self,
         folder: str | Path,
@@ -91,13 +95,12 @@ class Selection:
         """
         from fsel.selection.export import subset  # here: most selections are not written
 
-        if self.capture.files is None:
+        source = of_capture(self.capture)
+        if source is None:
             raise ValueError(
                 f"{self.capture!r}: was not read from image files, which an export is made of. "
                 "Hint: fsel.select(folder, ...)"
             )
-        layout = self.capture.source.partition(" at ")[0]
-        source = LazyCapture(layout, self.capture.files, self.capture)
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
         with staged(Path(folder), [], force) as stage:

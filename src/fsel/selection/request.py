@@ -16,8 +16,8 @@ from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
 from fsel.selection.budget import Auto, within
 from fsel.selection.focus import Focus, focus_of
-from fsel.selection.frames import Wish
-from fsel.selection.targets import ALL, Request, Targets, check_count, targets_of
+from fsel.selection.frames import Wish, is_stated
+from fsel.selection.targets import ALL, Request, Targets, check_count, check_targets, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
 from fsel.selectors.policies import ScoringMethod
@@ -37,11 +37,11 @@ class SelectionRequest:
     """A selection that a person wants, by the arguments of `fsel.select`; `checked_request` says
     whether it can be made.
 
-    Bad frames of a `LazyCapture` are left out; a `Capture` is taken as it is. Without `images`,
-    nothing is tried and nothing measured.
+    Without a `source`, the capture is yet to be opened. Without `images`, nothing is tried and
+    nothing measured.
     """
 
-    source: Capture | LazyCapture
+    source: Capture | LazyCapture | None
     k: int | str | Auto | None
     targets: Request = None
     method: str | Method | None = None
@@ -62,6 +62,13 @@ class SelectionRequest:
     def opened(self) -> LazyCapture | None:
         """The capture with its files, where it was opened from files."""
         return self.source if isinstance(self.source, LazyCapture) else None
+
+    @property
+    def capture(self) -> Capture:
+        """The capture to select from."""
+        if self.source is None:
+            raise ValueError("the capture of a request is not opened yet")
+        return self.source if isinstance(self.source, Capture) else self.source.capture
 
     @property
     def pictured(self) -> bool:
@@ -85,13 +92,10 @@ class CheckedRequest:
 
 def checked_request(request: SelectionRequest) -> CheckedRequest:
     """Resolve a request; all that a selection may refuse is refused here, before work."""
-    check_type("seed", request.seed, Integral, "a whole number")
-    method = method_of(request.method, request.weights)
-    opened = request.opened
-    capture = request.source if isinstance(request.source, Capture) else request.source.capture
+    method, k = vet(request)
+    opened, capture = request.opened, request.capture
     if opened is not None and not opened.pictured and "sharpness" in method.reads:
         capture.images[0]  # refused
-    k = None if request.k is None else number_of(request.k)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
             f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
@@ -103,9 +107,30 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, request.always, request.never)
     checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0))
-    _check_number(checked)
-    _check_cover(checked)
+    if isinstance(k, int):
+        check_count(k, targets, capture, everything=method.name == ALL_FRAMES)
+    elif k is not None and k.memory is not None:
+        within(k.memory, k.size or capture.size, k.trainer)
     return replace(checked, patience=_time_budget(checked))
+
+
+def vet(request: SelectionRequest) -> tuple[Method, int | Auto | None]:
+    """Refuse what needs no capture to be refused; return the method, and the number of frames.
+
+    The files that a request names are looked for: finding poses may take an hour.
+    """
+    check_type("seed", request.seed, Integral, "a whole number")
+    method = method_of(request.method, request.weights)
+    k = None if request.k is None else number_of(request.k)
+    if isinstance(k, int) and k < 1:
+        raise ValueError(f"k is {k}; allowed: 1 or more frames, fewer than the capture has")
+    check_targets(request.targets)
+    is_stated(request.never)
+    if isinstance(request.focus, str | Path) and not Path(request.focus).is_dir():
+        raise FileNotFoundError(f"{request.focus}: no such folder of masks")
+    _check_number(request, k, method)
+    _check_cover(request, k, method)
+    return method, k
 
 
 def number_of(k: int | str | Auto) -> int | Auto:
@@ -137,23 +162,16 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
     return METHODS.checked(name)
 
 
-def _check_number(checked: CheckedRequest) -> None:
-    """Refuse numbers of frames that cannot be, and what does not go with finding one."""
-    k, targets, method, capture = checked.k, checked.targets, checked.method, checked.capture
+def _check_number(request: SelectionRequest, k: int | Auto | None, method: Method) -> None:
+    """Refuse what does not go with finding a number of frames, or with frames to keep."""
     auto = isinstance(k, Auto)
-    if len(targets.always) and (auto or not isinstance(method, ScoringMethod)):
+    if is_stated(request.always) and (auto or not isinstance(method, ScoringMethod)):
         raise ValueError(
             "frames that are always to be selected go with a number of frames, and with a method "
             f"that scores them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
             f"the method {method.name}"
         )
-    if isinstance(k, int):
-        check_count(k, targets, capture, everything=method.name == ALL_FRAMES)
-    if not isinstance(k, Auto):
-        return
-    if k.memory is not None:
-        within(k.memory, k.size or capture.size, k.trainer)
-    if not method.nested:
+    if auto and not method.nested:
         from fsel.evaluation.methods import METHODS
 
         nested = ", ".join(name for name, method in METHODS.items() if method.nested)
@@ -163,9 +181,9 @@ def _check_number(checked: CheckedRequest) -> None:
         )
 
 
-def _check_cover(checked: CheckedRequest) -> None:
+def _check_cover(request: SelectionRequest, k: int | Auto | None, method: Method) -> None:
     """Refuse a cover that cannot be, or that something else would break."""
-    cover, share = checked.request.cover, checked.request.cover_share
+    cover, share = request.cover, request.cover_share
     if cover < 0:
         raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
     if not 0 < share <= 1:
@@ -173,16 +191,16 @@ def _check_cover(checked: CheckedRequest) -> None:
     if not cover:
         if share < 1:
             raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
-        if checked.k is None:
+        if k is None:
             raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
         return
     against = ""
-    if len(checked.targets.always):
+    if is_stated(request.always):
         against = "frames that are always to be selected"
-    elif isinstance(checked.k, Auto):
+    elif isinstance(k, Auto):
         against = "a number of frames that is to be found"
-    elif not isinstance(checked.method, ScoringMethod):
-        against = f"the method {checked.method.name}, which does not score frames"
+    elif not isinstance(method, ScoringMethod):
+        against = f"the method {method.name}, which does not score frames"
     if against:
         raise ValueError(f"cover is {cover}, which does not go with {against}")
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.captures.images.previews import sharpness as measure_sharpness
 from fsel.captures.images.previews import sharpness_among
-from fsel.captures.lazy import LazyCapture
+from fsel.captures.lazy import LazyCapture, of_capture
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
 from fsel.captures.reporter import SILENT, Reporter
@@ -31,10 +31,10 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     """Select the frames of a request; the reporter names bad frames, and shows progress."""
     request, opened = checked.request, checked.request.opened
     targets, health = checked.targets, None
-    began = time.perf_counter()
-    if opened is not None and not request.keep_bad:
+    began, filed = time.perf_counter(), opened or of_capture(checked.capture)
+    if filed is not None and not request.keep_bad:
         targets, health = examined_targets(
-            opened, targets, checked.k, reporter, images=request.pictured
+            filed, targets, checked.k, reporter, images=request.pictured
         )
     examined_at = time.perf_counter()
     capture = checked.capture if opened is None else _as_read(checked, opened, reporter)

@@ -20,7 +20,7 @@ FAR = 3.0  # extents of a capture beyond which a view cannot be of the same worl
 ROUNDING = 1e-9  # of the centres' greatest coordinate: cameras in one place differ by less
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
 ALL = "the whole capture"
-ORBIT = "orbit"
+ORBIT, TRAJECTORY = "orbit", "trajectory"
 EVERY = "every:"
 LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
@@ -112,6 +112,7 @@ def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Ta
             views that all lie far from every camera.
         FileNotFoundError: when a file is not there.
     """
+    check_targets(request)
     if request is None:
         return _request(capture, whole(capture, MOST_VIEWS), ALL)
     if isinstance(request, Views):
@@ -124,6 +125,21 @@ def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Ta
         return _request(capture, _views(capture, np.asarray(request)), "given poses", most)
     frames = np.sort(frames_of(capture, request, "targets"))
     return _held_out(capture, frames, counted(len(frames), "given frame"))
+
+
+def check_targets(request: Request) -> None:
+    """Refuse words that stand for no targets, and files that are not there or of another kind."""
+    allowed = f"allowed: {', '.join(WORDS)}"
+    if isinstance(request, str) and (request.startswith(EVERY) or "." not in request):
+        step = request.removeprefix(EVERY)
+        every = step != request and step.isdecimal() and int(step) > 1
+        if request not in (ORBIT, TRAJECTORY) and not every:
+            raise ValueError(f"targets are {request!r}; {allowed}, N being a whole number from 2")
+    elif isinstance(request, str | Path):
+        if not Path(request).is_file():
+            raise FileNotFoundError(f"{request}: no such file of targets; {allowed}")
+        if Path(request).suffix not in (".json", *LISTS):
+            raise ValueError(f"{request}: is no file of targets; {allowed}")
 
 
 def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
@@ -169,24 +185,16 @@ def _of_word(capture: Capture, word: str, most: int) -> Targets:
         except ValueError as error:
             raise ValueError(f"{_where(capture)}{error}") from error
         return _request(capture, views, "an orbit", most)
-    if word == "trajectory":
+    if word == TRAJECTORY:
         return _request(capture, trajectory(capture, most), "the smoothed camera path", most)
     step = word.removeprefix(EVERY)
-    if step == word or not step.isdecimal() or int(step) < 2:
-        raise ValueError(
-            f"targets are {word!r}; allowed: {', '.join(WORDS)}, N being a whole number from 2"
-        )
     frames = np.arange(0, len(capture), min(int(step), len(capture)))
     return _held_out(capture, frames, f"one frame in {step}, held out")
 
 
 def _of_file(capture: Capture, path: Path, most: int) -> Targets:
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
     if path.suffix == ".json":
         return _request(capture, camera_path(path, capture), f"the poses of {path.name}", most)
-    if path.suffix not in LISTS:
-        raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
     return _held_out(capture, frames, f"{counted(len(frames), 'frame')} of {path.name}, held out")
 

@@ -84,7 +84,6 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 
     Example:
         >>> bad = fsel.bad_frames("captures/garden")
-        >>> fsel.select(capture, 20, never=bad)  # a `Capture`; of a folder they are left out
     """
     opened = open_capture(path, layout)
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
