@@ -19,6 +19,7 @@ from fsel.captures.colmap.estimator import Estimator
 from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
 from fsel.captures.opening import Opening
+from fsel.captures.poses.plan import plan
 from fsel.captures.sampling import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))
@@ -121,7 +122,12 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
     [
         ("poses empty -o out", "0 photos (.jpg, "),
         ("poses gone -o out", "gone: no such folder"),
-        ("info empty --rate 2", "is no video, which --video-frames and --rate are for"),
+        ("poses empty -o out", "the folder is empty"),
+        ("info empty", "the folder is empty"),
+        ("info empty --rate 2", "is no video"),
+        ("info grey", "--poses colmap"),
+        ("info raw", "RawTherapee"),
+        ("poses walk.insv -o out", "360-degree camera"),
         ("select walk.mp4 -k 3 -o out", "walk.mp4: not a readable video"),
         ("poses walk.mp4 ./walk.mp4 -o out", "walk.mp4: a video or folder is given twice"),
         ("poses grey -o out", "fsel: grey: COLMAP placed 0 of 3 frames; at least 3"),
@@ -130,13 +136,67 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
 def test_what_cannot_be_posed_is_refused(line, said, cache, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
-    (tmp_path / "walk.mp4").write_bytes(b"no video")
+    (tmp_path / "raw").mkdir()
+    for name in ("walk.mp4", "walk.insv", "raw/DSC01.ARW"):
+        (tmp_path / name).write_bytes(b"no video")
     image_files.write(
         np.full((3, 48, 64, 3), 99, np.uint8), tmp_path / "grey", ["a.jpg", "b.jpg", "c.jpg"]
     )
     assert run(*line.split()) == 1
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("", "-k 30"),
+        ("-k 0", "k is 0"),
+        ("-k 100000", "up to 11"),
+        ("-k 5 --rate 2", "up to 4"),
+        ("-k 3 --always gone.txt", "gone.txt"),
+        ("-k 3 --targets gone.txt", "gone.txt"),
+        ("-k 3 --targets evry:8", "'evry:8'"),
+        ("-k 3 --masks gone", "gone: no such folder"),
+        ("-k auto --method kmedoids", "'kmedoids'"),
+        ("-k 3 --start 4", "2.4 s"),
+        ("-k 3 --end 0:04", "2.4 s"),
+        ("walk.avi -k 3 --end 1", "2 videos"),
+    ],
+)
+def test_refused_before_a_video_is_decoded(words, said, cache, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_video(Path("walk.avi"), np.zeros((12, 48, 64, 3), np.uint8), rate=5)
+    shutil.copy("walk.avi", "other.avi")
+    monkeypatch.setattr(opening.video, "thin", lambda *_, **__: pytest.fail("was decoded"))
+    assert run("select", "other.avi", *words.split(), "-o", "out") == 1
+    assert said in capsys.readouterr().err
+
+
+def test_a_part_of_a_video_is_taken_and_the_plan_comes_first(cache, tmp_path, capsys, monkeypatch):
+    rng, said = np.random.default_rng(0), []
+    film = [np.kron(rng.integers(0, 255, (6, 8, 3)), np.ones((8, 8, 1))) for _ in range(40)]
+    write_video(tmp_path / "walk.avi", np.array(film, np.uint8), rate=10)
+    by = shlex.join(pose_program.written(tmp_path))
+    part = ["--start", "0:01", "--end", "2.5s"]
+    assert run("poses", tmp_path / "walk.avi", *part, "--by", by, "-o", tmp_path / "out") == 0
+    shots = json.loads((tmp_path / "out" / "poses.json").read_text())["video"]
+    assert [shot["index"] for shot in shots] == list(range(10, 26))
+    capsys.readouterr()
+    monkeypatch.setattr(
+        opening.placement, "place", lambda *_: said.append(capsys.readouterr().out) or 1 / 0
+    )
+    with pytest.raises(ZeroDivisionError):
+        run("poses", tmp_path / "walk.avi", *part, "-o", tmp_path / "colmap")
+    assert "15 frames, 105 pairs: less than a minute" in said[0]
+
+
+def test_a_plan_grows_with_the_photos_and_their_size():
+    asked = [(100, 0.9e6, True), (2000, 0.9e6, False), (100, 12e6, True)]
+    said = [plan(n, int(size), ordered=film, cores=1) for n, size, film in asked]
+    walk, many, large = (int(one.partition("about ")[2].split()[0]) for one in said)
+    assert 2 <= walk <= 6
+    assert min(many / 15, large / 2) > walk
 
 
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):

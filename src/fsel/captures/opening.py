@@ -9,7 +9,7 @@ import shlex
 import shutil
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fsel.captures.colmap import features
@@ -18,11 +18,13 @@ from fsel.captures.colmap.estimator import OWN, Estimator, checked
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
+from fsel.captures.images.files import Video, VideoFrame
 from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
+from fsel.captures.poses.plan import plan
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source
 from fsel.core.files import cache, write_text
@@ -32,7 +34,7 @@ from fsel.core.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
-UNREAD = (*image_files.HEIC, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
+UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
@@ -48,6 +50,8 @@ class Opening:
     by: tuple[str, ...] = ()  # commands of the program that finds poses; empty for COLMAP
     video_frames: int | None = None  # that a video is thinned to
     rate: float | None = None  # frames a second that it is thinned to
+    start: float = 0.0  # seconds of the part of a video that is taken
+    end: float | None = None
     layout: str = "auto"
     max_error: float = MAX_ERROR
     skip_unreadable: bool = False
@@ -64,8 +68,8 @@ def opened(
     first = opening.paths[0]
     filmed = any(video.is_video(path) for path in opening.paths)
     sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
-    if not filmed and (opening.video_frames is not None or opening.rate is not None):
-        raise ValueError(f"{first}: is no video, which --video-frames and --rate are for")
+    if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
+        raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
     if opening.features and not sought:
         raise ValueError(f"{first}: has poses, and --features is for COLMAP's to be found")
     if not sought:
@@ -108,10 +112,12 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     by, kind = estimator(opening), opening.features or features.SIFT
     sources = _sources(opening, reporter)
     films = sum(source.filmed for source in sources)
-    sampling = video.Sampling(opening.video_frames, opening.rate)
+    least = video.LEAST
     if opening.video_frames is None and opening.rate is None and films:
         least = -(-max(video.LEAST, TIMES * opening.wanted) // films)
-        sampling = video.Sampling(least=least)
+    sampling = video.Sampling(opening.video_frames, opening.rate, least, opening.start, opening.end)
+    if films > 1 and sampling.spans != video.WHOLE:
+        raise ValueError(f"{films} videos are given; --start and --end are of one")
     place = cache() / _digest(sources, sampling, by, kind)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
@@ -119,6 +125,11 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
             if not features.fetched(kind):
                 reporter.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
+            said = _plan(opening, sources, sampling)
+            if not by and kind == features.SIFT:
+                reporter.say("plan", said)
+            if not opening.skip_unreadable:
+                check_pixels([photo for source in sources for photo in source.photos])
             work = Work(place / "matching", cores(), watch=reporter.bar, by=by, features=kind)
             try:
                 found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
@@ -126,7 +137,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.warn(KEPT)
                 raise
             paths = [str(source.path) for source in sources]
-            asked = {"sources": paths, "settings": asdict(sampling)}
+            asked = {"sources": paths, "settings": sampling.stated}
             shutil.rmtree(place / "matching")
             write_text(json.dumps(asked | found, indent=1), place / FOUND)  # last
     report = {"by": OWN} | json.loads((place / FOUND).read_text(encoding="utf-8"))
@@ -176,13 +187,30 @@ def _check_number(opening: Opening, found: dict) -> None:
     hint = "more photos" if not found["video"] else "a longer video, or one of a slower walk"
     ends = {Path(shot["name"]).parent: shot for shot in found["video"]}.values()
     if found["frames"] < sum(shot["index"] for shot in ends):
-        lasts = max(1, sum(shot["seconds"] for shot in ends))
+        lasts = max(1, sum(shot["seconds"] for shot in ends) - opening.start)
         rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
         hint = f"--rate {rate} takes more of the video"
     raise ValueError(
         f"{opening.paths[0]}: k is {wanted}, and {found['by']} placed {placed} of "
         f"{found['frames']} frames; allowed: up to {placed - 1}. Hint: {hint}"
     )
+
+
+def _plan(opening: Opening, sources: Sequence[Source], sampling: video.Sampling) -> str:
+    """Say what is to be placed, before any video is decoded; refuse to pick more frames."""
+    counts = [sampling.count(s.path) if s.filmed else len(s.photos) for s in sources]
+    count, filmed = sum(counts), any(source.filmed for source in sources)
+    if not all(counts):  # a video that does not state how long it is
+        return "a video of unknown length"
+    if opening.wanted >= count:
+        hint = "a longer video, or a higher --rate" if filmed else "more photos"
+        raise ValueError(
+            f"{opening.paths[0]}: k is {opening.wanted}, and {counted(count, 'frame')} are there "
+            f"to be placed; allowed: up to {count - 1}. Hint: {hint}"
+        )
+    first = VideoFrame(Video(sources[0].path), 0) if sources[0].filmed else sources[0].photos[0]
+    pixels = math.prod(image_files.size_of(first))
+    return plan(count, pixels, ordered=filmed, cores=cores())
 
 
 def _sources(opening: Opening, reporter: Reporter) -> list[Source]:
@@ -199,7 +227,7 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
     """The photos of a folder; without `--skip-unreadable` all must be sound."""
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
-        raise ValueError(f"{source}: {why}")
+        raise ValueError(f"{source}: {why}{bare.explained(source)}")
     readable = (*bare.ENDINGS, *image_files.HEIC) if image_files.reads_heic() else bare.ENDINGS
     files = bare.find(source, readable)
     if opening.skip_unreadable:
@@ -208,19 +236,19 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
         files = [file for file in files if not faults[file.name]]
     there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
     if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
-        heic = any(image_files.is_heic(Path(name)) for name in other)
+        hint = f". Hint: {image_files.HEIC_HINT}" if any(map(image_files.is_heic, there)) else ""
+        hint += bare.RAW_HINT if any(file.suffix.lower() in bare.RAW for file in there) else ""
         reporter.warn(
             f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
-            f"{', '.join(other[:SHOWN])}" + (f". Hint: {image_files.HEIC_HINT}" if heic else "")
+            f"{', '.join(other[:SHOWN])}{hint}"
         )
     least = 1 if len(opening.paths) > 1 else MIN_PLACED
+    empty = "" if any(source.iterdir()) else "; the folder is empty"
     if len(files) < least:
         raise ValueError(
             f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
-            f"images or in input; at least {least} are needed"
+            f"images or in input; at least {least} are needed{empty}"
         )
-    if not opening.skip_unreadable:
-        check_pixels(files)
     return tuple(files)
 
 
@@ -231,7 +259,7 @@ def _digest(
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
     program = [by.by] if by else [kind] if kind != features.SIFT else []
-    known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE, *program])
+    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *program])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 

@@ -137,7 +137,8 @@ def read_folder(
 
 def _layout_of(folder: Path, layout: str) -> Layout:
     if folder.is_file():
-        raise ValueError(f"{folder}: is a file; a capture is a folder with images and poses")
+        what = f"is a file; a capture is a folder with images and poses{bare.explained(folder)}"
+        raise ValueError(f"{folder}: {what}")
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
     if layout != "auto":
@@ -157,11 +158,8 @@ def _layout_of(folder: Path, layout: str) -> Layout:
             hint = f"; its folders {scenes[:3]} are captures, give one of them"
         elif names:
             return LAYOUTS[names[0]]  # its reader says that the images are missing
-        elif bare.find(folder):
-            hint = (
-                "; its images have no poses. Hint: --poses colmap finds them (in a config "
-                "`poses: colmap` or a program, or `poses: file` reads them)"
-            )
+        else:
+            hint = bare.explained(folder)
         raise ValueError(f"{folder}: no known layout ({', '.join(LAYOUTS)}){hint}")
     also = f" (it also looks like {', '.join(names[1:])})" if names[1:] else ""
     log.info("%s: recognised as %s%s", folder, names[0], also)

@@ -51,6 +51,7 @@ class SampledFrames:
     still: int  # how many were left out as equal to those before them
     turned: list[str]  # names of photos that were turned upright
     ends: dict[str, float] = field(default_factory=dict)  # seconds of the last, left out or not
+    start: float = 0.0  # seconds that videos are taken from
 
     def save(self, folder: Path) -> None:
         """Store what was sampled, for a run that is resumed."""
@@ -70,7 +71,7 @@ def take(
         shots = content.pop("shots").items()
         shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
         return SampledFrames(shots, **content)
-    taken = SampledFrames({}, {}, 0, [])
+    taken = SampledFrames({}, {}, 0, [], start=sampling.start)
     for source in sources:
         images = folder / IMAGES / source.name
         images.mkdir(parents=True, exist_ok=True)
@@ -78,11 +79,12 @@ def take(
             taken.turned += _put(source, images, work, say)
             continue
         pace = sampling.pace(source.path)
-        shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+        part, watch = sampling.spans, work.watch("video")
+        shots = video.thin(source.path, images, pace, within=part, progress=watch)
         moving = _moving(source, shots, images)
         if sampling.free and len(moving) < sampling.least <= len(shots):  # there is a pause
             pace *= sampling.least / len(moving)
-            shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+            shots = video.thin(source.path, images, pace, within=part, progress=watch)
             moving = _moving(source, shots, images)
         still = len(shots) - len(moving)
         taken.shots[source.name], taken.paces[source.name] = moving, pace

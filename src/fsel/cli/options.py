@@ -11,7 +11,7 @@ from fsel.core.limits import MAX_ERROR
 
 NUMBER = r"\d+\.?\d*|\.\d+"
 SIZE = re.compile(rf"({NUMBER})\s*([kmgt]?)(i?)b?", re.IGNORECASE)
-DURATION = re.compile(rf"({NUMBER})\s*(s|m|min|h)?")
+DURATION = re.compile(rf"(?:(\d+):)?({NUMBER})\s*(s|m|min|h)?")
 SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
 POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 LARGEST = 16384  # pixels of a working image's longer side
@@ -20,6 +20,8 @@ OPENING = {
     "features": None,
     "video_frames": None,
     "rate": None,
+    "start": 0.0,
+    "end": None,
     "layout": "auto",
     "max_error": MAX_ERROR,
     "skip_unreadable": False,
@@ -75,11 +77,11 @@ def size_in_bytes(text: str) -> int:
 
 
 def duration(text: str) -> float:
-    """Read 10s, 2m, 2min, 1h, or plain seconds; 0 for none."""
+    """Read 10s, 2m, 2min, 1h, 1:23, or plain seconds; 0 for none."""
     parts = DURATION.fullmatch(text.strip())
     if parts is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration; allowed: as 10s, 2m, 1h, 0")
-    return float(parts[1]) * SECONDS[parts[2]]
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: as 10s, 2m, 1:23, 0")
+    return 60 * float(parts[1] or 0) + float(parts[2]) * SECONDS[parts[3]]
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
@@ -146,6 +148,9 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
         "(three for each frame to pick, where that is more)"
     )
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
+    text = "of a video: begin at this time, as 83 or 1:23; --end TIME ends there"
+    command.add_argument("--start", type=duration, metavar="TIME", default=0.0, help=text)
+    command.add_argument("--end", type=duration, metavar="TIME", help=argparse.SUPPRESS)
 
 
 def add_skipping(command: argparse._ActionsContainer) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ MOST = 300  # frames that a video is thinned to by default
 LEAST = 100  # and, of a short one, so many if it has them
 RATE = 4.0  # of them a second: a person walks some 35 cm between two
 FEWEST = 3
+ROUNDED = 1.0  # seconds by which players round a video's length
 SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
 PANORAMA = (
     "a video of all directions (2:1, its left and right ends join up), which no perspective camera "
@@ -29,6 +31,7 @@ BLANK = 0.5  # grey levels between columns, below which nothing is said
 
 Spans = Sequence[tuple[float, float]]
 """Pairs of seconds, from and to."""
+WHOLE: Spans = ((0.0, math.inf),)
 
 
 @dataclass(frozen=True)
@@ -57,17 +60,53 @@ class Sampling:
     frames: int | None = None  # None for as many as `rate` gives
     rate: float | None = None  # a second; None for 4, at least `least` and at most 300 in all
     least: int = LEAST
+    start: float = 0.0  # seconds of the part that they are taken of
+    end: float | None = None  # None for the video's own
 
     @property
     def free(self) -> bool:
         """Check whether neither a number nor a rate was stated."""
         return self.frames is None and self.rate is None
 
-    def pace(self, path: Path) -> float:
-        """Return frames a second of a video."""
+    @property
+    def spans(self) -> Spans:
+        """The part in seconds."""
+        return ((self.start, math.inf if self.end is None else self.end),)
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """Its fields, but start and end of a whole video."""
+        cut = {"start": self.start, "end": self.end}
+        return {name: v for name, v in asdict(self).items() if name not in cut or v}
+
+    def part(self, path: Path) -> tuple[int, float]:
+        """Return frames and seconds of the part, 0 where the video does not state its own.
+
+        Raises:
+            ValueError: for a part that is empty, or lies beyond the end.
+        """
         film = _opened(path)
         count, per_second = film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)
-        lasts = count / per_second if count > 0 and per_second > 0 else 0.0
+        if not (count > 0 and per_second > 0):
+            return 0, 0.0
+        lasts = count / per_second
+        end = lasts if self.end is None else self.end
+        if not self.start < min(end, lasts) or end >= lasts + ROUNDED:
+            raise ValueError(
+                f"{path}: --start is {self.start:g} s and --end {end:g} s; allowed: a start before "
+                f"the end, and both in its {lasts:.1f} s"
+            )
+        seconds = min(end, lasts) - self.start
+        return round(seconds * per_second), seconds
+
+    def count(self, path: Path) -> int:
+        """Return how many frames are taken of a video, 0 where it does not say."""
+        frames, seconds = self.part(path)
+        return min(frames, math.ceil(self.pace(path) * seconds - 1e-6))
+
+    def pace(self, path: Path) -> float:
+        """Return frames a second of a video."""
+        lasts = self.part(path)[1]
         if self.frames is not None and lasts > 0:
             return self.frames / lasts
         if self.rate is not None or lasts <= 0:
@@ -80,7 +119,7 @@ def thin(
     folder: Path,
     pace: float,
     *,
-    within: Spans = ((0.0, math.inf),),
+    within: Spans = WHOLE,
     progress: Progress = in_silence,
 ) -> list[SampledFrame]:
     """Write the sharpest frame of each of many equal stretches of a video, as JPEG.
@@ -138,8 +177,8 @@ def _shots(
     film: cv2.VideoCapture, per_second: float, within: Spans
 ) -> Iterator[tuple[SampledFrame, np.ndarray]]:
     """Yield frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
-    index, last = 0, -1.0
-    while film.grab():
+    index, last, latest = 0, -1.0, max(end for _, end in within)
+    while last <= latest and film.grab():
         seconds = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
         if not seconds > last:  # a container without times of its own
             seconds = index / per_second if per_second > 0 else float(index)

@@ -10,9 +10,13 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.core.names import natural
+from fsel.core.wording import counted
 
 ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
+RAW = (".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".raf", ".rw2")
+RAW_HINT = ". Hint: develop RAW photos to JPEG first, as with RawTherapee or darktable-cli"
+DUAL = (".insv", ".insp", ".360", ".osv")  # what 360-degree cameras write
 
 
 def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
@@ -23,6 +27,23 @@ def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
         if files:
             return sorted(files, key=lambda path: natural(path.name))
     return []
+
+
+def explained(path: Path) -> str:
+    """Return what to do with a path that holds no capture, as the end of a refusal."""
+    if path.suffix.lower() in DUAL:
+        return "; it is of a 360-degree camera. Hint: export flat views as .mp4 in its own program"
+    if not path.is_dir():
+        return ""
+    if not any(path.iterdir()):
+        return "; the folder is empty"
+    if find(path, (*ENDINGS, *image_files.HEIC)):
+        return (
+            "; its images have no poses. Hint: --poses colmap finds them (in a config "
+            "`poses: colmap` or a program, or `poses: file` reads them)"
+        )
+    raw = find(path, RAW)
+    return f"; it has {counted(len(raw), 'RAW photo')}{RAW_HINT}" if raw else ""
 
 
 def read(folder: Path) -> RawCapture:

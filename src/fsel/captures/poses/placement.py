@@ -108,7 +108,7 @@ def _raw(
 
 def _lost(source: Source, taken: SampledFrames, placed: set[str]) -> list[tuple[float, float, int]]:
     """Seconds from one placed frame to the next, or to an end, with the frames lost between."""
-    spans, start, count = [], 0.0, 0
+    spans, start, count = [], taken.start, 0
     shots = taken.shots.get(source.name, [])
     for shot in shots:
         if source.named(shot.name) not in placed:
