@@ -250,8 +250,7 @@ def test_reconstruct_refuses_lists_without_sense(lines, said, capture, tmp_path,
 def test_an_existing_scene_is_replaced_only_when_forced(capture, tmp_path, capsys):
     out = tmp_path / "scene.ply"
     out.write_text("mine")
-    (tmp_path / "frames.txt").write_text("frame_003.jpg\nframe_004.jpg\n")
-    asked = ["reconstruct", capture, "--frames", tmp_path / "frames.txt", "-o", out]
+    asked = ["reconstruct", capture, "--reconstructor", "splats", "-o", out]
     assert run(*asked) == 1
     assert "--force" in capsys.readouterr().err
     assert out.read_text() == "mine"

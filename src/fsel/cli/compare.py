@@ -55,7 +55,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     methods = [method_of(name) for name in args.methods]
     if min(args.k) < 2:
         raise ValueError(f"k is {min(args.k)}; a reconstruction needs at least two frames")
-    vet(SelectionRequest(None, max(args.k), args.targets, focus=args.masks))
+    vet(SelectionRequest(None, max(args.k), args.targets, focus=args.masks or args.box))
     with staged(args.out, inputs_of(args), args.force) as stage:
         opened = open_capture.opened(args, console, args.long_side)
         focus = focus_of(args.box if args.masks is None else args.masks, opened)

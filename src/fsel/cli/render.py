@@ -22,7 +22,7 @@ from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.selection.flights import flight
-from fsel.selection.targets import Targets, targets_of
+from fsel.selection.targets import Targets, check_targets, targets_of
 
 LONG_SIDE, VIDEO_SIDE = 384, 1280
 ENDING = ".mp4"
@@ -31,6 +31,7 @@ RATE = 30  # frames a second
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    check_targets(args.targets)
     record = of_selection(args)
     if args.video is not None:
         render_video(args, console, record)

@@ -15,7 +15,7 @@ from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
 from fsel.selection.budget import Auto, within
-from fsel.selection.focus import Focus, focus_of
+from fsel.selection.focus import Focus, focus_of, from_box
 from fsel.selection.frames import Wish, is_stated
 from fsel.selection.targets import ALL, Request, Targets, check_count, check_targets, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
@@ -126,7 +126,9 @@ def vet(request: SelectionRequest) -> tuple[Method, int | Auto | None]:
         raise ValueError(f"k is {k}; allowed: 1 or more frames, fewer than the capture has")
     check_targets(request.targets)
     is_stated(request.never)
-    if isinstance(request.focus, str | Path) and not Path(request.focus).is_dir():
+    if not isinstance(request.focus, str | Path | Focus | NoneType):
+        from_box(np.asarray(request.focus))
+    elif isinstance(request.focus, str | Path) and not Path(request.focus).is_dir():
         raise FileNotFoundError(f"{request.focus}: no such folder of masks")
     _check_number(request, k, method)
     _check_cover(request, k, method)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
+from fsel.captures.images import video
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.core.names import natural
 from fsel.core.wording import counted
@@ -42,6 +43,8 @@ def explained(path: Path) -> str:
             "; its images have no poses. Hint: --poses colmap finds them (in a config "
             "`poses: colmap` or a program, or `poses: file` reads them)"
         )
+    if films := find(path, video.ENDINGS):
+        return f"; it has videos. Hint: give them by name, as {films[0]}"
     raw = find(path, RAW)
     return f"; it has {counted(len(raw), 'RAW photo')}{RAW_HINT}" if raw else ""
 
