@@ -41,11 +41,13 @@ FRAMES, FEW = 160, 60  # few of large images, which take long to generate
 SIZES = ((128, 5000), (128, 20_000), (128, 50_000), (181, 20_000), (256, 20_000))
 STAGES = (
     (projection, "project"),
-    (tiles, "sort_rows"),
+    (tiles, "by_depth"),
+    (tiles, "arrange"),
     (tiles, "assign"),
     (rasterize, "composite"),
-    (losses, "loss_gradient"),
+    (losses, "_differentiate"),
     (rasterize, "backward"),
+    (rasterize, "gather"),
     (gradients, "backward"),
     (optimiser, "penalise"),
     (optimiser, "_update"),

@@ -11,8 +11,9 @@
     model.export_ply("garden.ply")
 
 `select` picks frames, `fit` reconstructs from them, `evaluate` compares renderings with frames that
-were held out. `METHODS`, `LAYOUTS`, `METRICS` and `RECONSTRUCTORS` are the registries. Everything
-is imported when first used, so that `import fsel` costs nothing.
+were held out. `set_threads` sets how many threads work, all cores by default. `METHODS`, `LAYOUTS`,
+`METRICS` and `RECONSTRUCTORS` are the registries. Everything is imported when first used, so that
+`import fsel` costs nothing.
 """
 
 from importlib import import_module
@@ -25,6 +26,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.captures.quality.examination import bad_frames
     from fsel.captures.read import read_capture
     from fsel.core.capture import Capture, Views
+    from fsel.core.limits import set_threads
     from fsel.evaluation.methods import METHODS
     from fsel.metrics import REGISTERED as METRICS
     from fsel.reconstruct import RECONSTRUCTORS
@@ -45,6 +47,7 @@ _HOMES = {
     "TimeBudget": "fsel.selection.validation",
     "fit": "fsel.selection.api",
     "evaluate": "fsel.selection.api",
+    "set_threads": "fsel.core.limits",
     "METHODS": "fsel.evaluation.methods",
     "METRICS": "fsel.metrics",
     "RECONSTRUCTORS": "fsel.reconstruct",
@@ -66,6 +69,7 @@ __all__ = [
     "fit",
     "read_capture",
     "select",
+    "set_threads",
 ]
 
 

@@ -11,6 +11,7 @@ from small_captures import camera_path, ring, run, write_ring
 import fsel
 from fsel.captures.images import files as image_files
 from fsel.cli.render import file_names
+from fsel.core import limits
 from fsel.metrics import REGISTERED, Metric, published
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.reconstruct.gaussians import settings as quality
@@ -32,6 +33,14 @@ def listed(tmp_path):
     path = tmp_path / "frames.txt"
     path.write_text("".join(f"frame_{i:03d}.jpg\n" for i in (3, 4, 5, 7)))
     return path
+
+
+@pytest.mark.parametrize("command", ["reconstruct", "compare"])
+def test_threads_are_set(command, tmp_path, monkeypatch):
+    monkeypatch.setenv(limits.THREADS, "1")
+    refused = run(command, tmp_path / "none", "--threads", 3, "-o", tmp_path / "out")
+    assert limits.threads() == 3
+    assert refused != 0
 
 
 @pytest.fixture(scope="module")

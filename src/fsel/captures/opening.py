@@ -28,7 +28,7 @@ from fsel.captures.poses.plan import plan
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source
 from fsel.core.files import cache, write_text
-from fsel.core.limits import MAX_ERROR, cores
+from fsel.core.limits import MAX_ERROR, threads
 from fsel.core.names import distinct
 from fsel.core.wording import counted
 
@@ -130,7 +130,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            work = Work(place / "matching", cores(), watch=reporter.bar, by=by, features=kind)
+            work = Work(place / "matching", threads(), watch=reporter.bar, by=by, features=kind)
             try:
                 found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
             except KeyboardInterrupt:
@@ -210,7 +210,7 @@ def _plan(opening: Opening, sources: Sequence[Source], sampling: video.Sampling)
         )
     first = VideoFrame(Video(sources[0].path), 0) if sources[0].filmed else sources[0].photos[0]
     pixels = math.prod(image_files.size_of(first))
-    return plan(count, pixels, ordered=filmed, cores=cores())
+    return plan(count, pixels, ordered=filmed, cores=threads())
 
 
 def _sources(opening: Opening, reporter: Reporter) -> list[Source]:

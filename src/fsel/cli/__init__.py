@@ -45,7 +45,10 @@ def _run(args: Namespace, interruption: Interruption) -> int:
     try:
         command = import_module(f"fsel.cli.{args.command}")
         from fsel.cli.console import Console
+        from fsel.core.limits import set_threads
 
+        if getattr(args, "threads", None):
+            set_threads(args.threads)
         interruption.working = True
         command.run(args, Console(args.quiet, args.json))
     except BaseException as error:

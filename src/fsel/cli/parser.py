@@ -173,3 +173,5 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
     text = "splats (by default), gaussians, ..."
     command.add_argument("--reconstructor", default="splats", help=text)
     command.add_argument("--steps", type=whole(1), help="of gaussians, which are optimised")
+    text = "all cores by default; results are the same on any number"
+    command.add_argument("--threads", type=whole(1), metavar="N", help=text)

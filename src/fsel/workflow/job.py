@@ -14,6 +14,7 @@ from typing import Any
 import cv2
 
 from fsel.core.files import digest
+from fsel.core.limits import set_threads
 from fsel.workflow.functions import function_of
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
@@ -34,6 +35,7 @@ def run(snakemake: Any) -> None:
     root.setLevel(logging.INFO)
     logging.captureWarnings(True)
     cv2.setNumThreads(snakemake.threads)
+    set_threads(snakemake.threads)
     previous = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
         gc.disable()  # little that is made while importing is garbage

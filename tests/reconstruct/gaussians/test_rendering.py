@@ -159,7 +159,7 @@ def test_every_tile_lists_the_gaussians_that_reach_its_pixels_nearest_first():
         row[projection.PEAK], row[projection.RANGE] = math.log(opacity), reach
         row[projection.HALF_X], row[projection.HALF_Y] = math.sqrt(reach * a), math.sqrt(reach * c)
         row[projection.LEAN] = b / a
-    starts, members = tiles.assign(rows, width, height)
+    starts, members = tiles.assign(rows, width, height, 0, -(-height // tiles.TILE))
     across = -(-width // tiles.TILE)
     assert len(starts) == across * -(-height // tiles.TILE) + 1
     listed = 0

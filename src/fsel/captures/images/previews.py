@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.images import files as image_files
-from fsel.core.limits import cores
+from fsel.core.limits import threads
 
 LUMA = np.array([0.299, 0.587, 0.114])
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
@@ -114,7 +114,7 @@ def in_turn(
     ends the call after what is under way.
     """
     film = any(isinstance(file, image_files.VideoFrame) for file in files)
-    pool = ThreadPoolExecutor(1 if film else cores())
+    pool = ThreadPoolExecutor(1 if film else threads())
     try:
         return list(progress(pool.map(work, range(len(files))), len(files)))
     finally:

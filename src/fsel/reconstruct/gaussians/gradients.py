@@ -38,7 +38,8 @@ def backward(table, degree, camera, rows, rank, source, sums, grad):
     Args:
         table, degree, camera: as in `projection.project`.
         rows: (v, COLUMNS) projected Gaussians, nearest first.
-        rank, source: (v,) int32 where each is in `rows` and in `table`, in the table's order.
+        rank, source: (m,) int32 where each is in `rows` and in `table`, in the table's order: all
+            of them or a part.
         sums: (v, 9) as `rasterize.backward` fills them: gradients with respect to the colour;
             sums over the pixels of the gradient g with respect to the exponent, and of g dx, g dy,
             g dx dx, g dx dy, g dy dy, with dx and dy from the Gaussian to the pixel.
@@ -46,8 +47,8 @@ def backward(table, degree, camera, rows, rank, source, sums, grad):
     """
     _shade_back(table, degree, camera, rows, rank, source, sums, grad)
     block = np.ones(FIELDS * LANES)
-    for start in range(0, len(rows), LANES):
-        count = min(LANES, len(rows) - start)
+    for start in range(0, len(source), LANES):
+        count = min(LANES, len(source) - start)
         _gather(table, camera, rows, rank, source, sums, block, start, count)
         _differentiate(block, camera)
         _scatter(block, source, grad, start, count)
@@ -121,7 +122,7 @@ def _differentiate(block, camera):
 def _shade_back(table, degree, camera, rows, rank, source, sums, grad):
     """Add the gradients of opacities and harmonics, and through them of the positions."""
     lens, values, weights = numbers(camera), np.empty(16), np.empty(16)
-    for m in range(len(rows)):
+    for m in range(len(source)):
         n, i = rank[m], source[m]
         grad[i, LOGIT] += sums[n, 3] / (1 + math.exp(table[i, LOGIT]))
         point = float(table[i, 0]), float(table[i, 1]), float(table[i, 2])

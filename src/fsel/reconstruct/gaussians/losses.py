@@ -5,14 +5,18 @@ SSIM (Wang et al. 2004) has an 11x11 Gaussian window of sigma 1.5, and zeros bey
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fsel.core.compiled import reordered
+from fsel.core.threads import ranges, spread
 
 SSIM_SHARE = 0.2
 REACH = 5  # pixels of the window on each side
 SIGMA = 1.5
 STABLE = (0.01**2, 0.03**2)
+FEWEST = 24  # lines of a range, which needs ten beyond it on each side
 
 
 def window(dtype) -> np.ndarray:
@@ -21,7 +25,6 @@ def window(dtype) -> np.ndarray:
     return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
 
 
-@reordered
 def loss_gradient(image, truth, mask, weights, gradient):
     """Return the loss of an image against the truth, a mean over pixels and channels.
 
@@ -34,37 +37,52 @@ def loss_gradient(image, truth, mask, weights, gradient):
         weights: as `window` gives them.
         gradient: (3, h, w), filled with the gradient.
     """
-    kind = image.dtype.type
     height, width = image.shape[1:]
-    share = kind(1 / (3 * height * width))
-    total = 0.0
-    maps = np.empty((5, height, width), image.dtype)
-    smooth = np.empty_like(maps)
-    padded = np.zeros((height + 2 * REACH, width + 2 * REACH), image.dtype)
-    for c in range(3):
-        _moments(image[c], truth[c], mask, maps)
-        for k in range(5):
-            _smooth(maps[k], weights, padded, smooth[k])
-        total += SSIM_SHARE * _similarity(smooth, share)
-        for k in range(3):
-            _smooth(smooth[k], weights, padded, maps[2 + k])
-        total += _combine(maps, share, gradient[c])
-    if len(mask):
-        for c in range(3):
-            for y in range(height):
-                for x in range(width):
-                    gradient[c, y, x] = gradient[c, y, x] if mask[y, x] else kind(0)
-    return total
+    share, lines = image.dtype.type(1 / (3 * height * width)), np.empty((2, 3, height), image.dtype)
+    given = image, truth, mask, weights, gradient, share, lines
+    spread(partial(_differentiate, *given), ranges(height, FEWEST, 1))
+    ssim, gaps = lines.sum(axis=(1, 2), dtype=np.float64) / image.size
+    return SSIM_SHARE * ssim + (1 - SSIM_SHARE) * gaps
 
 
 @reordered
-def _moments(image, truth, mask, maps):
-    """Fill the image, the truth, both squares and the product."""
+def _differentiate(image, truth, mask, weights, gradient, share, lines, first, last):
+    """Fill the gradient of lines `first` to `last`, and the sums of their terms of the loss.
+
+    The smoothing is smoothed again: twice the window's reach beyond them is computed too.
+    """
+    kind = image.dtype.type
+    height, width = image.shape[1:]
+    low, high = max(first - 2 * REACH, 0), min(last + 2 * REACH, height)
+    maps = np.empty((5, high - low, width), image.dtype)
+    smooth, sums = np.empty_like(maps), np.empty(high - low, image.dtype)
+    padded = np.zeros((high - low + 2 * REACH, width + 2 * REACH), image.dtype)
+    for c in range(3):
+        _moments(image[c], truth[c], mask, maps, low)
+        for k in range(5):
+            _smooth(maps[k], weights, padded, smooth[k])
+        _similarity(smooth, share, sums)
+        for y in range(first, last):
+            lines[0, c, y] = sums[y - low]
+        for k in range(3):
+            _smooth(smooth[k], weights, padded, maps[2 + k])
+        _combine(maps, share, gradient[c], lines[1, c], low, first, last)
+    if len(mask):
+        for c in range(3):
+            for y in range(first, last):
+                for x in range(width):
+                    gradient[c, y, x] = gradient[c, y, x] if mask[y, x] else kind(0)
+
+
+@reordered
+def _moments(image, truth, mask, maps, low):
+    """Fill the image, the truth, both squares and the product, from line `low` on."""
     grey, none, masked = image.dtype.type(1 / 255), image.dtype.type(0), len(mask) > 0
-    for y in range(image.shape[0]):
-        for x in range(image.shape[1]):
-            hidden = masked and not mask[y, x]
-            a, b = none if hidden else image[y, x], none if hidden else truth[y, x] * grey
+    for y in range(maps.shape[1]):
+        for x in range(maps.shape[2]):
+            hidden = masked and not mask[low + y, x]
+            a = none if hidden else image[low + y, x]
+            b = none if hidden else truth[low + y, x] * grey
             maps[0, y, x], maps[1, y, x] = a, b
             maps[2, y, x], maps[3, y, x], maps[4, y, x] = a * a, b * b, a * b
 
@@ -97,12 +115,12 @@ def _smooth(source, weights, padded, out):
 
 
 @reordered
-def _similarity(smooth, share):
-    """Sum of share times (1 - SSIM); the first three maps become its gradients with respect to the
-    smoothed image, its smoothed square and the smoothed product."""
+def _similarity(smooth, share, sums):
+    """Fill the sum of 1 - SSIM of every line; the first three maps become gradients with respect to
+    the smoothed image, its smoothed square and the smoothed product."""
     kind = smooth.dtype.type
     one, two, c1, c2 = kind(1), kind(2), kind(STABLE[0]), kind(STABLE[1])
-    total, scale = 0.0, kind(SSIM_SHARE) * share
+    scale = kind(SSIM_SHARE) * share
     for y in range(smooth.shape[1]):
         line = kind(0)
         for x in range(smooth.shape[2]):
@@ -117,23 +135,20 @@ def _similarity(smooth, share):
             smooth[0, y, x] = -scale * two * moved
             smooth[1, y, x] = scale * value / squares
             smooth[2, y, x] = -scale * two * top * inverse
-        total += line
-    return total * share
+        sums[y] = line
 
 
 @reordered
-def _combine(maps, share, gradient):
-    """Fill the gradient of the whole loss; return its L1 part."""
+def _combine(maps, share, gradient, sums, low, first, last):
+    """Fill the gradient of the whole loss, and every line's sum of absolute differences."""
     kind = gradient.dtype.type
     two, slope, none = kind(2), kind(1 - SSIM_SHARE) * share, kind(0)
-    total = 0.0
-    for y in range(gradient.shape[0]):
-        line = none
+    for y in range(first, last):
+        line, m = none, y - low
         for x in range(gradient.shape[1]):
-            a, b = maps[0, y, x], maps[1, y, x]
+            a, b = maps[0, m, x], maps[1, m, x]
             gap = a - b
             line += abs(gap)
             edge = slope if gap > none else (-slope if gap < none else none)
-            gradient[y, x] = edge + maps[2, y, x] + two * a * maps[3, y, x] + b * maps[4, y, x]
-        total += line
-    return total * slope
+            gradient[y, x] = edge + maps[2, m, x] + two * a * maps[3, m, x] + b * maps[4, m, x]
+        sums[y] = line

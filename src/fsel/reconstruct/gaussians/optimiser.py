@@ -8,10 +8,12 @@ sqrt(30,000 / steps).
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
 from fsel.core.compiled import reordered
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.gaussians.rasterize import exponential
 
@@ -23,6 +25,7 @@ DECAYS = (0.9, 0.999)
 TINY = 1e-15  # Kerbl et al.: gradients are far below Adam's usual epsilon
 NOISE = 5e5  # times the means' published rate: the noise's size (Kheradmand et al. 2024)
 FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fast it falls above
+FEWEST = 512  # Gaussians of a range
 SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-4 of its size
 
 
@@ -106,23 +109,29 @@ def penalise(table, grad, touched, opacity, scale):
             grad[i, axis] += scale * exponential(max(min(table[i, axis], most), -most))
 
 
-@reordered
 def shake(table, touched, rng, size):
     """Move faint Gaussians at random, along their own axes, the farther the fainter."""
-    for i in touched:
-        if table[i, LOGIT] < SILENT:
-            opacity = 1 / (1 + math.exp(-table[i, LOGIT]))
-            reach = size / (1 + math.exp(SHARP * (opacity - FAINT)))
-            _shift(table[i], rng, reach)
+    faint = touched[table[touched, LOGIT] < np.float64(SILENT)]
+    drawn = rng.standard_normal((len(faint), 3))
+    spread(partial(_shift_all, table, faint, drawn, size), ranges(len(faint), FEWEST))
 
 
 @reordered
-def _shift(row, rng, reach):
-    """Add the covariance times a normal vector."""
+def _shift_all(table, faint, drawn, size, first, last):
+    for n in range(first, last):
+        i = faint[n]
+        opacity = 1 / (1 + math.exp(-table[i, LOGIT]))
+        reach = size / (1 + math.exp(SHARP * (opacity - FAINT)))
+        _shift(table[i], drawn[n], reach)
+
+
+@reordered
+def _shift(row, drawn, reach):
+    """Add the covariance times a normal vector (3,)."""
     w, x, y, z = row[6], row[7], row[8], row[9]
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
-    a, b, c = rng.standard_normal(), rng.standard_normal(), rng.standard_normal()
+    a, b, c = drawn[0], drawn[1], drawn[2]
     axes = (
         (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
         (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),

@@ -51,8 +51,8 @@ def _exponential(x):
 
 
 @reordered
-def composite(rows, starts, members, background, image, rest):
-    """Render tiles.
+def composite(rows, starts, members, background, image, rest, first, last):
+    """Render tiles `first` to `last`, the latter excluded.
 
     Args:
         rows: (v, COLUMNS) projected Gaussians, nearest first.
@@ -65,7 +65,7 @@ def composite(rows, starts, members, background, image, rest):
     across = (width + TILE - 1) // TILE
     # of each pixel: the light that passes (below zero when finished), red, green, blue
     state, at = np.empty(4 * PIXELS, rows.dtype), _centres(rows)
-    for t in range(len(starts) - 1):
+    for t in range(first, last):
         left, top = (t % across) * TILE, (t // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
         _open(state, wide, high)
@@ -146,20 +146,21 @@ def _add(state, at, rows, i, left, top):
 
 
 @reordered
-def backward(rows, starts, members, image, slope, sums):
-    """Carry the image's gradient back to the projected Gaussians, summed over their pixels.
+def backward(rows, starts, members, image, slope, sums, apart, first, last):
+    """Carry the gradient of tiles `first` to `last` back to the Gaussians, summed over pixels.
 
     Args:
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
         slope: (3, h, w) gradient with respect to it.
         sums: (v, 9) zeros, filled: see `gradients.backward`.
+        apart: whether `sums` has a row for each of `members` instead, which `gather` adds up.
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
     # of each pixel: the light that passes, what lies behind times its gradient, the gradient
     state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
-    for t in range(len(starts) - 1):
+    for t in range(first, last):
         left, top = (t % across) * TILE, (t // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
         _open(state, wide, high)
@@ -174,11 +175,30 @@ def backward(rows, starts, members, image, slope, sums):
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 break
-            _add_back(state, at, rows, members[n], left, top, sums)
+            _add_back(state, at, rows, members[n], left, top, sums, n if apart else members[n])
+
+
+@exact
+def gather(starts, members, parts, sums, first, last):
+    """Add the parts of Gaussians `first` to `last`, tile by tile, to their rows of `sums`."""
+    for t in range(len(starts) - 1):
+        end = starts[t + 1]
+        n = starts[t] + np.searchsorted(members[starts[t] : end], first)
+        while n < end and members[n] < last:
+            for k in range(sums.shape[1]):
+                sums[members[n], k] += parts[n, k]
+            n += 1
+
+
+@exact
+def _accumulate(out, row, values):
+    """Add to a row; as `exact`, each sum over a tile is complete before it is added."""
+    for k in range(len(values)):
+        out[row, k] += values[k]
 
 
 @reordered
-def _add_back(state, at, rows, i, left, top, out):
+def _add_back(state, at, rows, i, left, top, out, row):
     """Add the gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
@@ -213,12 +233,4 @@ def _add_back(state, at, rows, i, left, top, out):
         s6 += moved * dx * dx
         s7 += moved * dx * dy
         s8 += moved * dy * dy
-    out[i, 0] += s0
-    out[i, 1] += s1
-    out[i, 2] += s2
-    out[i, 3] += s3
-    out[i, 4] += s4
-    out[i, 5] += s5
-    out[i, 6] += s6
-    out[i, 7] += s7
-    out[i, 8] += s8
+    _accumulate(out, row, (s0, s1, s2, s3, s4, s5, s6, s7, s8))

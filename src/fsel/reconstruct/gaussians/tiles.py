@@ -35,20 +35,22 @@ def by_depth(depth):
 
 
 @exact
-def sort_rows(depth, rows):
-    """Return projected Gaussians nearest first, and the (v,) int32 place each came to."""
-    order = by_depth(depth)
-    ordered, rank = np.empty_like(rows), np.empty(len(order), np.int32)
-    for n in range(len(order)):
+def arrange(order, place, rows, ordered, rank, first, last):
+    """Fill `first` to `last` of the Gaussians in (v,) order, and the (v,) int32 rank of each.
+
+    `place` are the (v,) rows of `rows` that `projection.project` filled.
+    """
+    for n in range(first, last):
         rank[order[n]] = n
         for k in range(rows.shape[1]):
-            ordered[n, k] = rows[order[n], k]
-    return ordered, rank
+            ordered[n, k] = rows[place[order[n]], k]
 
 
 @exact
-def assign(rows, width, height):
+def assign(rows, width, height, top, bottom):
     """Return the tiles of sorted Gaussians with a pixel centre where alpha is 1/255 or more.
+
+    Only tiles of the rows of tiles `top` to `bottom`, the latter excluded.
 
     Args:
         rows: (v, COLUMNS) projected Gaussians, nearest first.
@@ -58,30 +60,39 @@ def assign(rows, width, height):
         starts (tiles + 1,) int64 and members int32: those of tile t, row by row, are
         `members[starts[t] : starts[t + 1]]`, nearest first.
     """
-    across, down = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
-    starts = np.zeros(across * down + 1, np.int64)
+    across = (width + TILE - 1) // TILE
+    starts = np.zeros(across * (bottom - top) + 1, np.int64)
     bounds, lines = np.zeros(len(rows) + 1, np.int64), np.empty((len(rows), 2), np.int32)
     for n in range(len(rows)):
-        lines[n, 0], lines[n, 1] = _lines(rows, n, height)
-        bounds[n + 1] = bounds[n] + lines[n, 1] - lines[n, 0] + 1
+        low, high = _lines(rows, n, height)
+        lines[n, 0], lines[n, 1] = max(low, top), min(high, bottom - 1)
+        bounds[n + 1] = bounds[n] + max(lines[n, 1] - lines[n, 0] + 1, 0)
     spans = np.empty((bounds[-1], 2), np.int32)  # first and last tile of each line that is met
     for n in range(len(rows)):
         for k in range(bounds[n], bounds[n + 1]):
             line = lines[n, 0] + k - bounds[n]
             first, last = _span(rows, n, line, width)
             spans[k, 0], spans[k, 1] = first, last
-            for at in range(line * across + first, line * across + last + 1):
+            line = (line - top) * across
+            for at in range(line + first, line + last + 1):
                 starts[at + 1] += 1
-    for t in range(across * down):
+    for t in range(len(starts) - 1):
         starts[t + 1] += starts[t]
     ends, members = starts[:-1].copy(), np.empty(starts[-1], np.int32)
     for n in range(len(rows)):
         for k in range(bounds[n], bounds[n + 1]):
-            line = (lines[n, 0] + k - bounds[n]) * across
+            line = (lines[n, 0] + k - bounds[n] - top) * across
             for at in range(line + spans[k, 0], line + spans[k, 1] + 1):
                 members[ends[at]] = n
                 ends[at] += 1
     return starts, members
+
+
+def joined(bands):
+    """Return starts and members of all tiles from those of bands of rows of tiles."""
+    before = np.cumsum([0, *(len(members) for _, members in bands)])
+    starts = [part[1:] + gone for (part, _), gone in zip(bands, before, strict=False)]
+    return np.concatenate([bands[0][0][:1], *starts]), np.concatenate([m for _, m in bands])
 
 
 @inlined

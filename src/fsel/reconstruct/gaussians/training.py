@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fsel.core.capture import Capture
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct.gaussians import densify, losses, optimiser
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.parameters import LOGIT
@@ -73,17 +74,20 @@ class Training:
         degree, factor, loss, seen = self.degree(step), self.factor(step), 0.0, []
         for _ in range(settings.views):
             view = self.order.next_view()
-            seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]).copy())
+            seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]))
             mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
             loss += losses.loss_gradient(
                 self.canvas.image, self.truth[view], mask, self.window, self.slope
             )
             self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad)
         touched = seen[0] if len(seen) == 1 else np.unique(np.concatenate(seen))
-        optimiser.penalise(
-            table, self.grad, touched, settings.opacity_penalty, settings.scale_penalty
-        )
-        self.adam.step(self.grad, touched, step)
+        penalties = settings.opacity_penalty, settings.scale_penalty
+
+        def update(first: int, last: int) -> None:
+            optimiser.penalise(table, self.grad, touched[first:last], *penalties)
+            self.adam.step(self.grad, touched[first:last], step)
+
+        spread(update, ranges(len(touched), optimiser.FEWEST))
         if settings.noise:
             optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
         if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:

@@ -1,0 +1,53 @@
+"""Loops in ranges, on several threads, with the same result on any number of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import count, pairwise
+from threading import local
+from typing import Any
+
+from fsel.core.limits import threads
+
+_here = local()  # busy: whether this thread works on a range
+
+
+def ranges(length: int, least: int, each: int = 4) -> list[tuple[int, int]]:
+    """Cut 0..length into (first, last) of at least `least`, at most `each` for every thread.
+
+    On one thread, and within `spread`, it is one range.
+    """
+    workers = 1 if getattr(_here, "busy", False) else threads()
+    parts = max(min(workers * each, length // least), 1) if workers > 1 else 1
+    return list(pairwise(length * i // parts for i in range(parts + 1)))
+
+
+def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) -> list[Any]:
+    """Return `work(first, last)` of every range, in their order; it should leave Python's lock."""
+    if len(parts) == 1:
+        return [work(*parts[0])]
+    results, numbers = [None] * len(parts), count()
+
+    def drain() -> None:
+        _here.busy = True
+        try:
+            while (at := next(numbers)) < len(parts):
+                results[at] = work(*parts[at])
+        finally:
+            _here.busy = False
+
+    workers = threads()
+    helpers = [_pool(workers).submit(drain) for _ in range(min(workers, len(parts)) - 1)]
+    try:
+        drain()
+    finally:  # a thread that has not begun is not waited for
+        for helper in [one for one in helpers if not one.cancel()]:
+            helper.result()
+    return results
+
+
+@cache
+def _pool(workers: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max(workers - 1, 1), "fsel")

@@ -1,0 +1,70 @@
+"""The number of threads: who says it, and that ranges cover all on any number of them."""
+
+import math
+import threading
+
+import pytest
+
+import fsel
+from fsel.core import limits
+from fsel.core.threads import ranges, spread
+
+
+@pytest.fixture(autouse=True)
+def unset(monkeypatch):
+    monkeypatch.setenv(limits.THREADS, "1")  # restored after the test
+    fsel.set_threads(None)
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+
+
+def test_threads_are_set_or_all_cores(monkeypatch):
+    assert limits.threads() == limits.cores()
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    assert limits.threads() == 7
+    monkeypatch.setenv(limits.THREADS, "3")
+    assert limits.threads() == 3
+    fsel.set_threads(5)
+    assert limits.threads() == 5
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 1.5, True, "2"])
+def test_other_numbers_are_refused(wrong, monkeypatch):
+    with pytest.raises(ValueError, match="threads"):
+        fsel.set_threads(wrong)
+    monkeypatch.setenv(limits.THREADS, "many")
+    with pytest.raises(ValueError, match=limits.THREADS):
+        limits.threads()
+
+
+@pytest.mark.parametrize(
+    ("text", "cores"), [("150000 100000", 2), ("50000 100000", 1), ("max 100000", math.inf)]
+)
+def test_a_container_has_its_quota(text, cores, tmp_path, monkeypatch):
+    file = tmp_path / "cpu.max"
+    file.write_text(text)
+    assert limits.quota(file) == cores
+    monkeypatch.setattr(limits, "QUOTA", file)
+    monkeypatch.setattr(limits.os, "sched_getaffinity", lambda _: range(8), raising=False)
+    assert limits.cores() == min(cores, 8)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_ranges_cover_all_in_order(count):
+    fsel.set_threads(count)
+    parts = ranges(1000, 30)
+    assert len(parts) == (1 if count == 1 else 4 * count)
+    assert [i for a, b in spread(lambda a, b: (a, b), parts) for i in range(a, b)] == [*range(1000)]
+    assert ranges(59, 30) == [(0, 59)]
+
+
+def test_threads_work_at_once_and_one_alone_within():
+    fsel.set_threads(2)
+    both = threading.Barrier(2, timeout=60)
+    assert spread(lambda a, b: both.wait() >= 0 and len(ranges(100, 1)), ranges(2, 1, 1)) == [1, 1]
+
+
+def test_an_error_of_a_thread_is_raised():
+    fsel.set_threads(3)
+    with pytest.raises(ZeroDivisionError):
+        spread(lambda a, b: 1 // (11 - b), ranges(12, 1))
+    assert len(ranges(100, 1)) == 12
