@@ -12,6 +12,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import OWN, Estimator, checked
@@ -26,7 +29,7 @@ from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
 from fsel.captures.poses.plan import plan
 from fsel.captures.reporter import SILENT, Reporter
-from fsel.captures.sampling import Source
+from fsel.captures.sampling import Source, take
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, threads
 from fsel.core.names import distinct
@@ -110,14 +113,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     is matched, and a run that was cut off goes on where it was.
     """
     by, kind = estimator(opening), opening.features or features.SIFT
-    sources = _sources(opening, reporter)
-    films = sum(source.filmed for source in sources)
-    least = video.LEAST
-    if opening.video_frames is None and opening.rate is None and films:
-        least = -(-max(video.LEAST, TIMES * opening.wanted) // films)
-    sampling = video.Sampling(opening.video_frames, opening.rate, least, opening.start, opening.end)
-    if films > 1 and sampling.spans != video.WHOLE:
-        raise ValueError(f"{films} videos are given; --start and --end are of one")
+    sources, sampling = _sources(opening, reporter)
     place = cache() / _digest(sources, sampling, by, kind)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
@@ -148,6 +144,23 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     for note in notes(report):
         reporter.warn(note + hint)
     return place, report
+
+
+def unposed(opening: Opening, folder: Path, reporter: Reporter = SILENT) -> LazyCapture:
+    """Put frames of videos and photos into a folder, and open them without looking for poses.
+
+    Cameras on a line in the frames' order take the place of poses: frame health compares
+    neighbours by them.
+    """
+    sources, sampling = _sources(opening, reporter)
+    source = ", ".join(str(path) for path in opening.paths)
+    taken = take(sources, sampling, folder, Work(watch=reporter.bar), reporter.say)
+    raw, _ = placement.unplaced(sources, taken, folder)
+    poses = np.tile(np.eye(3, 4), (len(raw.names), 1, 1))
+    poses[:, 0, 3] = -np.arange(len(poses))
+    cameras = [bare.guess(image_files.size_of(file)) for file in raw.images]
+    raw = in_order(replace(raw, world_to_camera=poses, cameras=cameras), source)
+    return LazyCapture("images", raw, ingest(raw, source, LONG_SIDE, lazy=True))
 
 
 def notes(found: dict | None) -> list[str]:
@@ -213,14 +226,22 @@ def _plan(opening: Opening, sources: Sequence[Source], sampling: video.Sampling)
     return plan(count, pixels, ordered=filmed, cores=threads())
 
 
-def _sources(opening: Opening, reporter: Reporter) -> list[Source]:
-    """The videos and the folders of photos that are placed together."""
+def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.Sampling]:
+    """Return the videos and folders of photos of one scene, and how the videos are thinned."""
     paths = opening.paths
     if len({path.resolve() for path in paths}) < len(paths):
         raise ValueError(f"{paths[0]}: a video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     photos = [() if video.is_video(path) else _photos(path, opening, reporter) for path in paths]
-    return [Source(*one) for one in zip(paths, names, photos, strict=True)]
+    sources = [Source(*one) for one in zip(paths, names, photos, strict=True)]
+    films = sum(source.filmed for source in sources)
+    least = video.LEAST
+    if opening.video_frames is None and opening.rate is None and films:
+        least = -(-max(video.LEAST, TIMES * opening.wanted) // films)
+    sampling = video.Sampling(opening.video_frames, opening.rate, least, opening.start, opening.end)
+    if films > 1 and sampling.spans != video.WHOLE:
+        raise ValueError(f"{films} videos are given; --start and --end are of one")
+    return sources, sampling
 
 
 def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, ...]:

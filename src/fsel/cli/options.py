@@ -6,6 +6,7 @@ import argparse
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fsel.core.limits import MAX_ERROR
 
@@ -15,6 +16,7 @@ DURATION = re.compile(rf"(?:(\d+):)?({NUMBER})\s*(s|m|min|h)?")
 SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
 POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 LARGEST = 16384  # pixels of a working image's longer side
+UNPOSED = "none"  # of --poses
 OPENING = {
     "poses": "layout",
     "features": None,
@@ -108,17 +110,18 @@ def add_captures(command: argparse.ArgumentParser) -> None:
     command.add_argument("beside", type=Path, nargs="*", help=text)
 
 
-def add_opening(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
-    """Add options of how a folder or a video becomes a capture with poses."""
+def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> None:
+    """Add options of how a folder or a video becomes a capture with poses, or does without."""
     command.set_defaults(by=None)
-    command.add_argument(
-        "--poses",
-        choices=("layout", "colmap"),
-        default=OPENING["poses"],
-        help="the capture's own (by default), or those that COLMAP finds in its images alone",
-    )
+    text = "the capture's own (by default), or those that COLMAP finds in its images alone"
+    text += "; none (or --no-poses) to write no cameras" if unposed else ""
+    kinds, usual = ("layout", "colmap", *([UNPOSED] if unposed else [])), OPENING["poses"]
+    command.add_argument("--poses", choices=kinds, default=usual, help=text)
+    if unposed:
+        const: dict[str, Any] = {"action": "store_const", "const": UNPOSED}
+        command.add_argument("--no-poses", dest="poses", **const, help=argparse.SUPPRESS)
     add_features(command)
-    add_video(command, most_frames)
+    add_video(command, not unposed)
     text = "how the folder is laid out; recognised by default"
     command.add_argument("--layout", default=OPENING["layout"], help=text)
     command.add_argument(

@@ -15,9 +15,10 @@ import numpy as np
 from fsel.captures.images.previews import check_pixels, thumbnails
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import notes
+from fsel.cli import unposed
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
-from fsel.cli.options import OPENING
+from fsel.cli.options import OPENING, UNPOSED
 from fsel.cli.reconstructor_args import stopped_by_interrupt
 from fsel.cli.select_options import RECORDED, UNTURNED
 from fsel.core.files import json_text
@@ -44,6 +45,9 @@ AGAINST = dict.fromkeys(WITH_VALUE, 1)
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    if args.poses == UNPOSED:
+        unposed.run(args, console)
+        return
     started = time.perf_counter()
     if (args.vram is None) != (args.trainer is None) or (args.vram and args.k != AUTO):
         raise ValueError(
@@ -224,17 +228,7 @@ def commands(args: argparse.Namespace, k: int) -> Commands:
 
 def without(words: Sequence[str], options: dict[str, int]) -> list[str]:
     """Return a command line without some options and their values; also abbreviated ones."""
-    kept, skipped = [], 0
-    for word in words:
-        if skipped:
-            skipped -= 1
-            continue
-        name, joined, _ = word.partition("=")
-        if name.startswith("-k") and "-k" in options:
-            name, joined = "-k", word[2:]
-        found = next((o for o in options if len(name) > 1 and o.startswith(name)), None)
-        if found is None or name == "--":
-            kept.append(word)
-        elif not joined:
-            skipped = options[found]
-    return kept
+    known = argparse.ArgumentParser(add_help=False)
+    for name, values in options.items():
+        known.add_argument(name, action="store" if values else "store_true")
+    return known.parse_known_args(list(words))[1]

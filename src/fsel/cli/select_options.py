@@ -45,7 +45,7 @@ def add_select(commands) -> None:
     views.add_argument("--targets", metavar="WHAT", help=text)
     add_object(views, "targets that see the object, and features measured around it")
     _add_method(command.add_argument_group("what picks"))
-    add_opening(command.add_argument_group("how the capture is opened"), most_frames=False)
+    add_opening(command.add_argument_group("how the capture is opened"), unposed=True)
     _add_form(command.add_argument_group("how the frames are written"))
     command.set_defaults(video_frames=None)
 

@@ -100,7 +100,7 @@ class Method:
         nested: whether select(k) is a prefix of select(k + 1), so that one run serves all budgets.
         select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
         seeds: how many random seeds its results average over; 1 for a deterministic method.
-        reads: which of `appearance` and `sharpness` it looks at; the others need not be measured.
+        reads: which of `appearance`, `sharpness` and `images` it looks at; others are left out.
         tracks: whether it looks at sparse points and the frames that see them.
     """
 

@@ -6,9 +6,8 @@ from fsel.core.problem import Method
 from fsel.core.registry import Registry
 from fsel.selectors import baselines, pretrained
 
-METHODS: Registry[Method] = Registry(
-    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES}, group=baselines.GROUP
-)
+_HOMES = {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES, **baselines.PRACTICE.homes}
+METHODS: Registry[Method] = Registry("method", _HOMES, group=baselines.GROUP)
 """What `fsel.select` and the commands choose from, by name."""
 for _name in pretrained.FILES:
     METHODS[_name] = pretrained.method(_name)

@@ -107,7 +107,7 @@ def _selection(
 def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -> Capture:
     """Return the capture with what the selection reads of it; finding a number of frames takes some
     points, for the depth that they tell."""
-    if "appearance" in checked.method.reads:
+    if {"appearance", "images"} & set(checked.method.reads):
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
         if checked.method.tracks or checked.patience.seconds or checked.request.cover:

@@ -16,12 +16,14 @@ from selection_problems import (
 )
 from slow_selector import POLICIES, random_scorer, slow_inputs
 
+import fsel
 from fsel.core.problem import checked_select
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
-from fsel.selectors.baselines import METHODS
+from fsel.selectors.baselines import METHODS, PRACTICE
 
-EVERY = dict(METHODS) | {
+EVERY = dict(METHODS) | dict(PRACTICE)
+EVERY |= {
     name: replace(policy.method(random_scorer(policy, 1)), name=name)
     for name, policy in POLICIES.items()
 }
@@ -29,6 +31,7 @@ every_method = pytest.mark.parametrize("method", EVERY.values(), ids=EVERY.keys(
 with_and_without_points = pytest.mark.parametrize("points", [True, False])
 BY_ORDER = (
     *("uniform", "sharpest", "all"),  # follow the order of frames by definition
+    *("best_n", "thumbnail", "correlation", "drift"),
     *("fisher_rf", "cover"),  # noise gives no splats: all is a tie; see test_splat_views.py
 )
 
@@ -42,12 +45,14 @@ def test_the_registry_names_its_methods():
     paper += ["fisher_rf", "cover", "untrained"]
     beyond = ["nearest", "sharpest", "long_lrm", "indoor_traj", "facility", "mvsnet_location"]
     assert list(METHODS) == [*paper, *beyond, "all"]
-    assert all(method.name == name for name, method in METHODS.items())
+    assert set(PRACTICE) <= set(fsel.METHODS) - set(METHODS)
+    assert all(method.name == name for name, method in EVERY.items())
 
 
 def test_every_method_is_defined_in_the_documentation():
     text = (Path(__file__).parents[3] / "docs" / "methods.md").read_text()
-    missing = [m.label for m in METHODS.values() if f"**{m.label.replace('$', '')}" not in text]
+    every = [*METHODS.values(), *PRACTICE.values()]
+    missing = [m.label for m in every if f"**{m.label.replace('$', '')}" not in text]
     assert missing == []
 
 
@@ -127,7 +132,7 @@ def test_picks_do_not_depend_on_the_order_of_frames(method):
 
 @every_method
 def test_a_method_reads_the_descriptors_that_it_declares_and_no_others(method):
-    changed = {"appearance": 0, "sharpness": 0}
+    changed = {"appearance": 0, "sharpness": 0, "images": 0}
     for seed in range(4):
         problem = with_points(random_problem(40, seed), seed=seed)
         picks = select(method, problem, 12)
@@ -136,6 +141,9 @@ def test_a_method_reads_the_descriptors_that_it_declares_and_no_others(method):
             "appearance": replace(problem, descriptors=problem.descriptors[back]),
             "sharpness": replace(problem, sharpness=problem.sharpness[back]),
         }
+        if method.name in PRACTICE:
+            images = replace(problem.capture, images=problem.capture.images[back])
+            others["images"] = replace(problem, capture=images)
         for name, other in others.items():
             changed[name] += not np.array_equal(select(method, other, 12), picks)
     assert tuple(name for name in changed if changed[name]) == method.reads
@@ -198,10 +206,12 @@ def test_random_draws_evenly_over_observed_frames():
     assert abs(counts / 2000 - 4 / len(problem.observed)).max() < 0.05
 
 
-def test_uniform_by_hand():
+def test_uniform_and_nearest_by_hand():
     problem = random_problem(24, targets=4)  # 20 observed frames
     got = select(METHODS["uniform"], problem, 5)
     np.testing.assert_array_equal(got, problem.observed[[0, 5, 10, 14, 19]])
+    problem = problem_of(in_line([0, 10, 1, 11, 3, 14, 20, 21]), [2, 3], [4, 5, 6, 7])
+    assert select(METHODS["nearest"], problem, 5).tolist() == [2, 3, 4, 5, 6]
 
 
 def test_fvs_takes_the_farthest_frame_each_time():
@@ -212,11 +222,6 @@ def test_fvs_takes_the_farthest_frame_each_time():
         left = np.setdiff1d(problem.observed, picks[:step])
         gap = [min(np.linalg.norm(centers[i] - centers[j]) for j in picks[:step]) for i in left]
         assert picks[step] == left[np.argmax(gap)]
-
-
-def test_nearest_by_hand():
-    problem = problem_of(in_line([0, 10, 1, 11, 3, 14, 20, 21]), [2, 3], [4, 5, 6, 7])
-    assert select(METHODS["nearest"], problem, 5).tolist() == [2, 3, 4, 5, 6]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -59,15 +59,18 @@ def read(folder: Path) -> RawCapture:
 
 def of_files(names: list[str], files: list[Path]) -> RawCapture:
     """Return the same of some images by their names."""
-    width, height = image_files.size_of(files[0])
-    guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
     return RawCapture(
         names=names,
         images=files,
         world_to_camera=np.full((len(files), 3, 4), np.nan),
-        cameras=[guess] * len(files),
+        cameras=[guess(image_files.size_of(files[0]))] * len(files),
         sequences=["capture"] * len(files),
     )
+
+
+def guess(size: tuple[int, int]) -> Camera:
+    """Return a camera of (width, height) pixels whose focal length is the longer side."""
+    return Camera("SIMPLE_PINHOLE", *size, (max(size), size[0] / 2, size[1] / 2))
 
 
 LAYOUT = Layout("images", lambda folder: False, read)

@@ -53,7 +53,7 @@ def _placed(
     """COLMAP's model, and the frames that it was to place."""
     model, placed = None, set[str]()
     for rounds in itertools.count():
-        raw, parts = _raw(sources, taken, folder)
+        raw, parts = unplaced(sources, taken, folder)
         before = len(placed)
         try:
             model = sfm.place(raw, replace(work, parts=parts), model)
@@ -92,10 +92,10 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
 
 
-def _raw(
+def unplaced(
     sources: Sequence[Source], taken: SampledFrames, folder: Path
 ) -> tuple[RawCapture, list[Part]]:
-    """The frames without poses, source after source, and what COLMAP is told of each source."""
+    """Return frames without poses, source after source, and what COLMAP is told of each source."""
     names, parts = [], []
     for source in sources:
         shots = taken.shots.get(source.name, ())

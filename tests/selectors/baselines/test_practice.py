@@ -1,0 +1,55 @@
+"""What tools do before poses are known: hand-worked cases."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from selection_problems import in_line, problem_of
+
+from fsel.selectors.baselines import PRACTICE
+from fsel.selectors.baselines.drift import LOST, drift
+
+
+def picks(name, k, images=None, **seen):
+    """What a method picks of frames that are all observed."""
+    n = len(next(iter(seen.values())) if images is None else images)
+    capture = in_line(range(n))
+    if images is not None:
+        capture = replace(capture, images=np.repeat(images[..., None], 3, axis=3))
+    problem = problem_of(capture, [0], np.arange(1, n), **seen)
+    return PRACTICE[name].select(problem, k, np.random.default_rng(0)).tolist()
+
+
+def test_best_n_weighs_sharpness_against_position():
+    assert picks("best_n", 2, sharpness=[0, 0, 0, 9, 9, 0, 0, 0]) == [3, 7]  # at least 4 on
+    # 0.7 * 0.9 + 0.3 * 3/4 > 0.7 + 0.3 * 1/4
+    assert picks("best_n", 2, sharpness=[10, 9, 0, 0, 0, 0, 0, 10]) == [1, 7]
+    assert picks("best_n", 2, sharpness=[5] * 8) == [1, 5]  # the middles
+
+
+def test_a_thumbnail_is_the_frame_nearest_to_the_mean_histogram_of_its_batch():
+    levels = np.array([0, 9, 9, 5, 1, 5], np.uint8)  # off by 2/3 of the pixels, or by 1/3
+    assert picks("thumbnail", 2, np.tile(levels[:, None, None], (1, 4, 4))) == [1, 3]
+
+
+def test_a_threshold_on_correlation_is_lowered_until_k_frames_are_kept():
+    # the cosine of an angle: 60 degrees and more keep three
+    turn = np.radians([0, 5, 10, 60, 65, 121, 124])[:, None, None]
+    wave = np.tile(2 * np.pi * np.arange(32) / 16, (32, 1))
+    images = np.rint(128 + 100 * np.cos(wave - turn)).astype(np.uint8)
+    assert picks("correlation", 3, images) == [0, 3, 5]
+
+
+def test_farthest_appearance_starts_with_what_most_others_resemble():
+    angle = np.radians([0, 10, 20, 80])  # sums of cosines: 3.1, 3.3, 3.4, 2.0
+    described = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
+    assert picks("farthest_appearance", 4, descriptors=described) == [2, 3, 0, 1]
+
+
+def test_drift_spaces_frames_by_the_motion_of_keypoints():
+    wall = np.kron(np.random.default_rng(0).integers(0, 255, (20, 40)), np.ones((6, 6)))
+    shift = [0, 1, 2, 3, 4, 14, 24, 34]  # pixels of 160; a third of the way is 11.3
+    images = np.array([wall[:, s : s + 160] for s in shift]).astype(np.uint8)
+    assert picks("drift", 4, images) == [0, 5, 6, 7]
+    assert drift(images[4], images[5]) == pytest.approx(10 / 160, abs=0.002)
+    assert drift(np.zeros((9, 9), np.uint8), np.zeros((9, 9), np.uint8)) == LOST
