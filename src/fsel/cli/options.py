@@ -153,7 +153,8 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
     text = "of a video: begin at this time, as 83 or 1:23; --end TIME ends there"
     command.add_argument("--start", type=duration, metavar="TIME", default=0.0, help=text)
-    command.add_argument("--end", type=duration, metavar="TIME", help=argparse.SUPPRESS)
+    text = "and end at this one" if most_frames else argparse.SUPPRESS
+    command.add_argument("--end", type=duration, metavar="TIME", help=text)
 
 
 def add_skipping(command: argparse._ActionsContainer) -> None:

@@ -117,8 +117,8 @@ def _add_reconstruct(commands) -> None:
     command.add_argument("--frames", type=Path, help=text)
     text = "by gaussians, of 384, 640 or 960 pixels; draft where no option below is stated"
     command.add_argument("--quality", choices=("draft", "good", "best"), help=text)
-    _add_reconstructor(command)
-    add_size(command, None, "96")
+    _add_reconstructor(command, "splats or gaussians")
+    add_size(command, None, "that of --quality")
     add_output(command, "file to write")
     command.set_defaults(reconstructor=None)
 
@@ -169,8 +169,9 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
     command.add_argument("--metrics", type=words, default=(), help=text)
 
 
-def _add_reconstructor(command: argparse.ArgumentParser) -> None:
-    text = "splats (by default), gaussians, ..."
+def _add_reconstructor(
+    command: argparse.ArgumentParser, text: str = "splats (by default), gaussians, ..."
+) -> None:
     command.add_argument("--reconstructor", default="splats", help=text)
     command.add_argument("--steps", type=whole(1), help="of gaussians, which are optimised")
     text = "all cores by default; results are the same on any number"
