@@ -6,20 +6,24 @@ from snakemake.settings.types import DeploymentMethod
 from snakemake.utils import min_version
 
 min_version("9.19.0")
-sys.path.insert(0, str(Path(workflow.basedir, "src")))
+SOURCE = str(Path(workflow.basedir, "src"))
+sys.path.insert(0, SOURCE)
 
+from fsel.core.files import fingerprint
 from fsel.workflow import cases, inputs, scenes
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
 
 prepare(verbose=workflow.is_main_process)
+# jobs run the library of this checkout, whatever is installed in the image that they run in
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    dict.fromkeys([SOURCE, *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
+).rstrip(os.pathsep)
 # the settings are not there where the rules are only read
 if workflow.deployment_settings and (
     DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
 ):
-    # the image holds what the library needs; the library is this one
-    os.environ.update(PYTHONPATH=str(Path(workflow.basedir, "src")))
 
     # only here: Snakemake takes no path with a space for an image
     container: str(Path(workflow.basedir, "workflow", "envs", "fsel.sif"))

@@ -50,6 +50,8 @@ def test_saved_and_loaded_is_the_same(tmp_path):
     replace(first, masks=None, points=None).save(tmp_path)  # nothing of the former stays
     bare = Capture.load(tmp_path)
     assert (bare.masks, bare.points) == (None, None)
+    (tmp_path / "masks.npy").unlink()  # as folders of earlier versions lack it
+    assert Capture.load(tmp_path).masks is None
 
 
 def test_a_subset_has_its_frames_in_order_and_what_they_observe():

@@ -107,6 +107,16 @@ def test_a_source_that_has_changed_is_read_again_and_no_other(tmp_path):
     assert len(Library(toy, store).needed("toy.main")) == 2
 
 
+def test_a_digest_changes_with_what_a_module_needs_and_with_nothing_else(tmp_path):
+    toy, store = package(tmp_path, main="import toy.leaf", b=""), tmp_path / "store.json"
+    first = Library(toy, store).digest("toy.main")
+    (toy / "b.py").write_text("more = 1")
+    os.utime(toy / "leaf.py")
+    assert Library(toy, store).digest("toy.main") == first
+    (toy / "leaf.py").write_text("def area(): return 1\n")
+    assert Library(toy, store).digest("toy.main") != first
+
+
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     return Library(LIBRARY, tmp_path_factory.mktemp("store") / "store.json", "fsel.workflow")

@@ -45,14 +45,14 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     made = experiment(datasets=mine, training={"dataset": "elsewhere"})
     made.check()
     names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
-    own = ["less_is_more.safetensors", "less_is_more_no_appearance.safetensors"]
-    assert names == [*own, "fsel.json", "fsel_rule.json"]
+    own = ["less_is_more.0.safetensors", "less_is_more_no_appearance.0.safetensors"]
+    assert names == [*own, "fsel.0.json", "fsel_rule.0.json"]
     assert (made.trained, made.labelled, made.refinement_scenes) == ("mine", {}, [])
     with pytest.raises(Refusal, match="no dataset has `train` scenes"):
         scenes.with_labels(made)
     named = {"weights": {"less_is_more": ["own.safetensors"]}}
     made = experiment(datasets=mine, training=named)
-    assert made.weights("less_is_more") == ["own.safetensors"]
+    assert made.given_scorers["less_is_more.0.safetensors"] == "own.safetensors"
     assert made.weights("less_is_more_no_appearance")[0].endswith(own[1])
 
 
@@ -63,11 +63,14 @@ def test_scorers_are_trained_named_or_shipped():
         "<results>/selector/no_appearance/seed0.safetensors"
     ]
     assert made.fsel == ["<results>/selector/fsel/seed0.json"]
-    assert made.scorers[-1].endswith("src/fsel/selectors/weights/fsel_rule.json")
+    assert made.scorers[-1] == "<results>/selector/given/fsel_rule.0.json"
+    shipped = made.given_scorers["fsel_rule.0.json"]
+    assert shipped.endswith("src/fsel/selectors/weights/fsel_rule.json")
     training = SMOKE["training"] | {"weights": {"less_is_more": ["mine.safetensors"]}}
     named = experiment(training=training, refinement={"seeds": 0})
-    assert named.weights("less_is_more") == ["mine.safetensors"]
-    assert [path.rsplit("/")[-1] for path in named.fsel] == ["fsel.json"]
+    assert named.given_scorers["less_is_more.0.safetensors"] == "mine.safetensors"
+    assert named.weights("less_is_more") == ["<results>/selector/given/less_is_more.0.safetensors"]
+    assert named.fsel == ["<results>/selector/given/fsel.0.json"]
 
 
 def test_further_reconstructors_are_folders():
@@ -141,7 +144,7 @@ def test_a_gpu_is_asked_for_where_the_reconstructor_uses_one():
     external = SECOND | {"name": "external", "settings": {"serve": ["x"], "gpu": True}}
     made = experiment(reconstruction=[FIRST, external])
     gpu = made.resources(reconstruction=made.reconstruction_of)["gpu"]
-    assert gpu(SCENE) == 0
+    assert gpu(SCENE) is None  # no resource at all
     assert gpu(SimpleNamespace(reconstructor="external/")) == 1
     assert "gpu" not in made.resources()
 
@@ -149,14 +152,12 @@ def test_a_gpu_is_asked_for_where_the_reconstructor_uses_one():
 def test_rules_depend_on_the_reconstructor_that_they_use(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     made = experiment(reconstruction=[FIRST, SECOND])
-    files = made.library("evaluate", made.reconstruction_of)
-    splats, gaussians = files(SCENE), files(SimpleNamespace(reconstructor="gaussians/"))
-    assert any("reconstruct/gaussians/" in path for path in gaussians)
-    assert not any("reconstruct/gaussians/" in path for path in splats)
-    assert not any(
-        "captures/layouts/co3d" in path
-        for path in experiment(datasets={"dl3dv": SMOKE["datasets"]["dl3dv"]}).library("ingest")
-    )
+    digest = made.library("evaluate", made.reconstruction_of)
+    second = SimpleNamespace(reconstructor="gaussians/")
+    assert digest(SCENE) == made.library("evaluate") != digest(second)
+    fewer = experiment(datasets={"dl3dv": SMOKE["datasets"]["dl3dv"]})
+    more = set(fewer.unused("splats")) - set(made.unused("splats"))
+    assert any("layouts.co3d" in home for home in more)
 
 
 def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_path):
@@ -167,8 +168,8 @@ def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_pat
         made = experiment(datasets=with_dataset(root=str(tmp_path), scenes=["a"], poses=poses))
         return made.ingest_minutes(wildcards, 1), made.ingest_gpus(wildcards)
 
-    assert asked("layout") == (30, 0)
-    assert asked("colmap") == (240, 0)
+    assert asked("layout") == (30, None)
+    assert asked("colmap") == (240, None)
     assert asked({"by": ["true"], "gpu": True, "timeout": 36_000}) == (600, 1)
 
 

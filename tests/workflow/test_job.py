@@ -61,10 +61,10 @@ SEVERAL = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/
             {"folders": ["a", "b"], "trained_folder": "t"},
         ),
         (
-            rule(named(splits=["a", "b"], lib=["src/x.py"]), named(table="t"), named(k=3)),
+            rule(named(splits=["a", "b"], programs=[]), named(table="t"), named(k=3, lib="c0ffee")),
             lambda splits, table, *, k, threads, config, inputs, extra=None: None,
             {"splits": ["a", "b"], "table": "t", "k": 3, "threads": 2, "config": digest({"k": 3})}
-            | {"inputs": ["a", "b", "src/x.py"]},
+            | {"inputs": ["a", "b"]},
         ),
         (rule(wildcards=named(scene="07", dataset="d")), lambda scene: None, {"scene": "07"}),
     ],

@@ -67,12 +67,12 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     once |= {"select_crosscapture", "evaluate_crosscapture"}  # of rooms filmed in several passes
     once |= {"evaluate_feature_sweep", "evaluate_scorer_arch"}  # of one validation scene
     assert {name for name, n in asked.items() if n == 1} >= once
-    twice = ("qualitative", "select_objects", "evaluate_objects", "ingest_masked")
-    assert [asked[name] for name in twice] == [2] * 4
+    twice = ("qualitative", "select_objects", "evaluate_objects")
+    assert [asked[name] for name in twice] == [2] * 3
     # of the held-out training dataset's one scene, by three reconstructors
     assert (asked["evaluate_transfer"], asked["evaluate_reconchoice"]) == (3, 6)  # of two draws
     assert (asked["trial_feature_sweep"], asked["trial_scorer_arch"]) == (43, 17)
-    assert not {"handsign", "trial_scorer_arch", "transfer", "ingest_masked"} & set(usual)
+    assert not {"handsign", "trial_scorer_arch", "transfer"} & set(usual)
 
 
 def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tmp_path, usual):

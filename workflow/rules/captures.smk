@@ -49,8 +49,6 @@ use rule stage as unpack with:
 
 
 use rule stage as generate with:
-    input:
-        lib=experiment.library("generate"),
     output:
         folder=directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -62,6 +60,7 @@ use rule stage as generate with:
     resources:
         **experiment.resources(2000),
     params:
+        lib=experiment.library("generate"),
         frames=experiment.config["embedded"]["frames"],
         width=lambda wildcards: experiment.embedded_size(wildcards)[0],
         height=lambda wildcards: experiment.embedded_size(wildcards)[1],
@@ -78,8 +77,7 @@ use rule stage as generate with:
 
 use rule stage as ingest with:
     input:
-        source=experiment.datasets.raw_capture,
-        lib=experiment.library("ingest"),
+        source=kept_here(experiment.datasets.raw_capture),
     output:
         **inputs.capture(),
     log:
@@ -91,24 +89,14 @@ use rule stage as ingest with:
         | {"runtime": experiment.ingest_minutes, "gpu": experiment.ingest_gpus},
     params:
         **inputs.ingested(experiment, experiment.config["long_side"]),
+        lib=experiment.library("ingest"),
     message:
         "Reading the capture {wildcards.dataset}/{wildcards.scene}"
 
 
-ruleorder: ingest_masked > ingest
-
-
-use rule ingest as ingest_masked with:
-    output:
-        **inputs.capture([*inputs.CAPTURE, "masks"]),
-    wildcard_constraints:
-        dataset=experiment.datasets.names("object"),
-
-
 use rule stage as describe with:
     input:
-        **inputs.capture(inputs.WITHOUT_POINTS),
-        lib=experiment.library("describe"),
+        **inputs.capture(),
     output:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
     log:
@@ -119,14 +107,14 @@ use rule stage as describe with:
         **experiment.resources(2000, 30, "capture"),
     params:
         **experiment.config["appearance"],
+        lib=experiment.library("describe"),
     message:
         "Describing the frames of {wildcards.dataset}/{wildcards.scene}"
 
 
 use rule stage as split with:
     input:
-        **inputs.capture(inputs.WITHOUT_POINTS),
-        lib=experiment.library("split"),
+        **inputs.capture(),
     output:
         splits=inputs.of_draws(experiment, "split.parquet"),
     log:
@@ -136,6 +124,7 @@ use rule stage as split with:
     resources:
         **experiment.resources(grows="capture"),
     params:
+        lib=experiment.library("split"),
         protocol=experiment.datasets.protocol,
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
@@ -145,9 +134,8 @@ use rule stage as split with:
 
 use rule stage as features with:
     input:
-        **inputs.capture([*inputs.WITHOUT_POINTS, "descriptors"]),
+        **inputs.capture(inputs.DESCRIBED),
         splits=inputs.of_draws(experiment, "split.parquet"),
-        lib=experiment.library("features"),
     output:
         tables=inputs.of_draws(experiment, "features.parquet"),
     log:
@@ -156,5 +144,7 @@ use rule stage as features with:
         "<results>/benchmarks/features/{dataset}/{scene}.jsonl"
     resources:
         **experiment.resources(grows="capture"),
+    params:
+        lib=experiment.library("features"),
     message:
         "Computing the features of {wildcards.dataset}/{wildcards.scene}"

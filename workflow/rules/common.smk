@@ -1,4 +1,4 @@
-"""The outputs of tables and figures, as the report shows them."""
+"""Outputs as the report shows them, and inputs that are no results."""
 
 
 def shown(name, title, category="Paper", folder="{reconstructor}", **paths):
@@ -19,3 +19,17 @@ def shown(name, title, category="Paper", folder="{reconstructor}", **paths):
             caption = f"../report/{name}.rst"
             paths[kind] = report(paths[kind], caption, category, labels=labels)
     return paths
+
+
+def kept_here(choose):
+    """An input function that reads what is no result where Snakemake runs, in no storage.
+
+    Args:
+        choose: function of the wildcards that returns a path.
+    """
+
+    def path(wildcards):
+        chosen = choose(wildcards)
+        return chosen if chosen.startswith("<results>") else local(chosen)
+
+    return path

@@ -7,13 +7,31 @@ evaluation.parquet; the searches' {subsets,oracle}.parquet; <tables>/ksweep.{tex
 """
 
 
+# scorers that are shipped or configured, among the results: jobs elsewhere find them there
+rule given_scorer:
+    input:
+        given=kept_here(lambda wildcards: experiment.given_scorers[wildcards.file]),
+    output:
+        scorer="<results>/selector/given/{file}",
+    log:
+        "<results>/logs/given_scorer/{file}.log",
+    wildcard_constraints:
+        file="[^/]+",
+    localrule: True
+    conda:
+        "../envs/fsel.yaml"
+    message:
+        "Copying {input.given}"
+    shell:
+        "cp {input.given:q} {output.scorer:q} 2> {log:q}"
+
+
 use rule stage as select with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         splits=inputs.of_draws(experiment, "split.parquet"),
         features=inputs.of_draws(experiment, "features.parquet"),
         weights=experiment.scorers,
-        lib=experiment.library("select"),
     output:
         selections=inputs.of_draws(experiment, "selections.parquet"),
     log:
@@ -23,6 +41,7 @@ use rule stage as select with:
     resources:
         **experiment.resources(2000, 30, "capture"),
     params:
+        lib=experiment.library("select"),
         protocol=experiment.datasets.protocol,
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
@@ -35,7 +54,6 @@ use rule stage as evaluate with:
         **inputs.capture(),
         splits=inputs.of_draws(experiment, "split.parquet"),
         selections=inputs.of_draws(experiment, "selections.parquet"),
-        lib=experiment.library("evaluate", experiment.reconstruction_of),
     output:
         evaluations=inputs.of_draws(experiment, "{reconstructor}evaluation.parquet"),
     log:
@@ -47,6 +65,7 @@ use rule stage as evaluate with:
             4000, 180, "reconstruction", experiment.reconstruction_of
         ),
     params:
+        lib=experiment.library("evaluate", experiment.reconstruction_of),
         reconstruction=experiment.reconstruction_of,
         metrics=experiment.metrics,
     message:
@@ -57,7 +76,6 @@ use rule stage as search_oracle with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
-        lib=experiment.library("search_oracle", experiment.reconstruction),
     output:
         subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
         oracle="<results>/{dataset}/{scene}/draw{draw}/oracle.parquet",
@@ -68,6 +86,7 @@ use rule stage as search_oracle with:
     resources:
         **experiment.resources(4000, 120, "reconstruction", experiment.reconstruction),
     params:
+        lib=experiment.library("search_oracle", experiment.reconstruction),
         search=experiment.config["search"],
         reconstruction=experiment.reconstruction,
         fitness=experiment.fitness,
@@ -87,7 +106,6 @@ use rule table as ksweep with:
         oracles=lambda wildcards: inputs.of_problems(
             experiment.searched_by(wildcards), "oracle.parquet"
         ),
-        lib=experiment.library("ksweep"),
     output:
         **shown(
             "ksweep",
@@ -98,6 +116,7 @@ use rule table as ksweep with:
     log:
         "<results>/logs/{reconstructor}ksweep.log",
     params:
+        lib=experiment.library("ksweep"),
         problems=experiment.problems(),
         searched=experiment.searched_by,
         datasets=experiment.labels(),
@@ -110,7 +129,6 @@ use rule table as heatmap with:
     input:
         numbers="<tables>/{reconstructor}ksweep.csv",
         differences="<tables>/{reconstructor}ksweep_differences.csv",
-        lib=experiment.library("heatmap"),
     output:
         **shown(
             "heatmap",
@@ -122,6 +140,7 @@ use rule table as heatmap with:
     log:
         "<results>/logs/{reconstructor}heatmap.log",
     params:
+        lib=experiment.library("heatmap"),
         datasets=experiment.labels(),
         budgets=experiment.config["budgets"],
         reconstructor=lambda wildcards: wildcards.reconstructor.rstrip("/"),

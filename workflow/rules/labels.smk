@@ -10,8 +10,7 @@ LABELLED_SCENE = f"<results>/{experiment.trained}/{{scene}}"
 
 use rule stage as split_labelled with:
     input:
-        **inputs.capture(inputs.WITHOUT_POINTS, LABELLED_SCENE),
-        lib=experiment.library("split_labelled"),
+        **inputs.capture(folder=LABELLED_SCENE),
     output:
         splits="<results>/labels/{scene}/splits.parquet",
     log:
@@ -21,6 +20,7 @@ use rule stage as split_labelled with:
     resources:
         **experiment.resources(grows="capture"),
     params:
+        lib=experiment.library("split_labelled"),
         coverages=lambda wildcards: experiment.coverages[wildcards.scene],
         seed=experiment.training_seed,
     message:
@@ -29,15 +29,16 @@ use rule stage as split_labelled with:
 
 use rule features as features_labelled with:
     input:
-        **inputs.capture([*inputs.WITHOUT_POINTS, "descriptors"], LABELLED_SCENE),
+        **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
         splits=["<results>/labels/{scene}/splits.parquet"],
-        lib=experiment.library("features"),
     output:
         tables=["<results>/labels/{scene}/features.parquet"],
     log:
         "<results>/logs/features_labelled/{scene}.log",
     benchmark:
         "<results>/benchmarks/features_labelled/{scene}.jsonl"
+    params:
+        lib=experiment.library("features"),
     message:
         "Computing the features of {wildcards.scene} at every coverage level"
 
@@ -46,7 +47,6 @@ use rule stage as label with:
     input:
         **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
         splits="<results>/labels/{scene}/splits.parquet",
-        lib=experiment.library("label", experiment.labeller),
     output:
         labels=inputs.LABELS,
     log:
@@ -56,6 +56,7 @@ use rule stage as label with:
     resources:
         **experiment.resources(4000, 60, "reconstruction", experiment.labeller),
     params:
+        lib=experiment.library("label", experiment.labeller),
         coverage=lambda wildcards: int(wildcards.coverage),
         search=experiment.config["search"],
         reconstruction=experiment.labeller,
@@ -67,13 +68,10 @@ use rule stage as label with:
 
 use rule stage as order with:
     input:
-        **inputs.captures(
-            inputs.labelled(experiment), [*inputs.WITHOUT_POINTS, "descriptors"]
-        ),
+        **inputs.captures(inputs.labelled(experiment), inputs.DESCRIBED),
         splits=inputs.of_labelled(experiment, "splits"),
         features=inputs.of_labelled(experiment, "features"),
         labels=inputs.label_files(experiment),
-        lib=experiment.library("order"),
     output:
         trajectories="<results>/trajectories.parquet",
     log:
@@ -83,6 +81,7 @@ use rule stage as order with:
     resources:
         **experiment.resources(grows="capture"),
     params:
+        lib=experiment.library("order"),
         scenes=experiment.labelled,
         coverages=experiment.coverages,
         kept=experiment.config["search"]["kept"],

@@ -20,12 +20,12 @@ use rule table as handsign with:
         evaluations=inputs.of_problems(
             experiment.problems(), "{reconstructor}evaluation.parquet"
         ),
-        lib=experiment.library("handsign"),
     output:
         **shown("handsign", "Learned versus untrained"),
     log:
         "<results>/logs/{reconstructor}handsign.log",
     params:
+        lib=experiment.library("handsign"),
         problems=experiment.problems(),
         datasets=experiment.labels(),
         budgets=experiment.config["budgets"],
@@ -48,7 +48,6 @@ use rule evaluate_trials as evaluate_searched with:
         picks=inputs.of_draws(
             experiment, "subsets.parquet", range(experiment.config["oracle"]["draws"])
         ),
-        lib=experiment.library("evaluate_searched", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}searched.parquet",
     log:
@@ -56,6 +55,7 @@ use rule evaluate_trials as evaluate_searched with:
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_searched/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("evaluate_searched", experiment.reconstruction_of),
         metrics=["psnr"],
         settings={},
 
@@ -68,13 +68,13 @@ use rule table as ga_vs_learned with:
         searched=scenes.files(
             experiment, scenes.held_out, "{reconstructor}searched.parquet"
         ),
-        lib=experiment.library("ga_vs_learned"),
     output:
         **shown("ga_vs_learned", "Comparison with the search"),
     log:
         "<results>/logs/{reconstructor}ga_vs_learned.log",
     params:
         **scenes.of_table(experiment, scenes.held_out),
+        lib=experiment.library("ga_vs_learned"),
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
 
@@ -88,7 +88,6 @@ use rule select_trials as select_geometry with:
             experiment,
             inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
         ),
-        lib=experiment.library("select_geometry"),
     output:
         picks="<results>/{dataset}/{scene}/geometry_picks.parquet",
     log:
@@ -96,6 +95,7 @@ use rule select_trials as select_geometry with:
     benchmark:
         "<results>/benchmarks/select_geometry/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("select_geometry"),
         settings={"budgets": experiment.config["budgets"]},
 
 
@@ -104,7 +104,6 @@ use rule evaluate_trials as evaluate_geometry with:
         **inputs.captures([SCENE]),
         splits=inputs.of_draws(experiment, "split.parquet"),
         picks=["<results>/{dataset}/{scene}/geometry_picks.parquet"],
-        lib=experiment.library("evaluate_geometry", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}geometry.parquet",
     log:
@@ -116,6 +115,7 @@ use rule evaluate_trials as evaluate_geometry with:
             4000, 180, "reconstruction", experiment.reconstruction_of
         ),
     params:
+        lib=experiment.library("evaluate_geometry", experiment.reconstruction_of),
         metrics=["psnr"],
         settings={"budgets": experiment.config["budgets"]},
 
@@ -131,7 +131,6 @@ use rule stage as measure_costs with:
                 for policy in inputs.COSTED
             ],
         ),
-        lib=experiment.library("measure_costs", experiment.reconstruction_of),
     output:
         costs="<results>/{dataset}/{scene}/{reconstructor}costs.parquet",
         times="<results>/{dataset}/{scene}/{reconstructor}times.parquet",
@@ -142,6 +141,7 @@ use rule stage as measure_costs with:
     resources:
         **experiment.resources(4000, 30, "reconstruction", experiment.reconstruction_of),
     params:
+        lib=experiment.library("measure_costs", experiment.reconstruction_of),
         budgets=experiment.config["budgets"],
         appearance=experiment.config["appearance"],
         reconstruction=experiment.reconstruction_of,
@@ -161,13 +161,13 @@ use rule table as time_quality with:
         ),
         costs=scenes.files(experiment, scenes.held_out, "{reconstructor}costs.parquet"),
         times=scenes.files(experiment, scenes.held_out, "{reconstructor}times.parquet"),
-        lib=experiment.library("time_quality"),
     output:
         **shown("time_quality", "Quality, runtime and memory"),
     log:
         "<results>/logs/{reconstructor}time_quality.log",
     params:
         **scenes.of_table(experiment, scenes.held_out),
+        lib=experiment.library("time_quality"),
         problems=lambda wildcards: scenes.problems(
             scenes.held_out(experiment), range(experiment.config["draws"])
         ),
@@ -179,7 +179,6 @@ use rule select_trials as select_crosscapture with:
         **inputs.captures([SCENE]),
         described="<results>/{dataset}/{scene}/descriptors.parquet",
         weights=experiment.scorers,
-        lib=experiment.library("select_crosscapture"),
     output:
         picks="<results>/{dataset}/{scene}/crosscapture_picks.parquet",
     log:
@@ -187,6 +186,7 @@ use rule select_trials as select_crosscapture with:
     benchmark:
         "<results>/benchmarks/select_crosscapture/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("select_crosscapture"),
         settings=lambda wildcards: {
             "held_out": scenes.passes(experiment, wildcards),
             "every": experiment.config["crosscapture"]["every"],
@@ -201,7 +201,6 @@ use rule evaluate_trials as evaluate_crosscapture with:
     input:
         **inputs.captures([SCENE]),
         picks=["<results>/{dataset}/{scene}/crosscapture_picks.parquet"],
-        lib=experiment.library("evaluate_crosscapture", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}crosscapture.parquet",
     log:
@@ -209,6 +208,7 @@ use rule evaluate_trials as evaluate_crosscapture with:
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_crosscapture/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("evaluate_crosscapture", experiment.reconstruction_of),
         settings=rules.select_crosscapture.params.settings,
 
 
@@ -217,23 +217,22 @@ use rule table as crosscapture with:
         evaluations=scenes.files(
             experiment, scenes.rooms, "{reconstructor}crosscapture.parquet"
         ),
-        lib=experiment.library("crosscapture"),
     output:
         **shown("crosscapture", "Cross-capture"),
     log:
         "<results>/logs/{reconstructor}crosscapture.log",
     params:
         **scenes.of_table(experiment, scenes.rooms),
+        lib=experiment.library("crosscapture"),
         budgets=paper.pass_budgets,
         metrics=experiment.metrics,
 
 
 use rule select_trials as select_objects with:
     input:
-        **inputs.captures([SCENE], [*inputs.CAPTURE, "masks"]),
+        **inputs.captures([SCENE]),
         described="<results>/{dataset}/{scene}/descriptors.parquet",
         weights=[*experiment.weights("less_is_more"), *experiment.fsel],
-        lib=experiment.library("select_objects"),
     output:
         picks="<results>/{dataset}/{scene}/objects_picks.parquet",
     log:
@@ -241,6 +240,7 @@ use rule select_trials as select_objects with:
     benchmark:
         "<results>/benchmarks/select_objects/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("select_objects"),
         settings=lambda wildcards: {
             "draws": experiment.config["draws"],
             "targets": experiment.config["targets"],
@@ -252,9 +252,8 @@ use rule select_trials as select_objects with:
 
 use rule evaluate_trials as evaluate_objects with:
     input:
-        **inputs.captures([SCENE], [*inputs.CAPTURE, "masks"]),
+        **inputs.captures([SCENE]),
         picks=["<results>/{dataset}/{scene}/objects_picks.parquet"],
-        lib=experiment.library("evaluate_objects", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}objects.parquet",
     log:
@@ -262,6 +261,7 @@ use rule evaluate_trials as evaluate_objects with:
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_objects/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("evaluate_objects", experiment.reconstruction_of),
         settings=rules.select_objects.params.settings,
 
 
@@ -270,13 +270,13 @@ use rule table as objectcentric with:
         evaluations=scenes.files(
             experiment, scenes.of_objects, "{reconstructor}objects.parquet"
         ),
-        lib=experiment.library("objectcentric"),
     output:
         **shown("objectcentric", "Object-centric"),
     log:
         "<results>/logs/{reconstructor}objectcentric.log",
     params:
         **scenes.of_table(experiment, scenes.of_objects),
+        lib=experiment.library("objectcentric"),
         datasets=lambda wildcards: experiment.labels(
             scenes.datasets_of(scenes.of_objects(experiment))
         ),
@@ -286,7 +286,6 @@ use rule table as objectcentric with:
 use rule stage as trial_feature_sweep with:
     input:
         **cases.files(experiment, "feature_sweep"),
-        lib=experiment.library("trial_feature_sweep"),
     output:
         picks="<results>/trials/feature_sweep/{trial}.parquet",
     log:
@@ -297,6 +296,7 @@ use rule stage as trial_feature_sweep with:
         **experiment.resources(4000, 120),
     params:
         **cases.training(experiment, "feature_sweep"),
+        lib=experiment.library("trial_feature_sweep"),
         case=lambda wildcards: cases.feature_cases(experiment)[wildcards.trial],
         k=experiment.budget_near(30),
     message:
@@ -311,7 +311,6 @@ use rule evaluate_trials as evaluate_feature_sweep with:
             "<results>/trials/feature_sweep/{trial}.parquet",
             trial=cases.feature_cases(experiment),
         ),
-        lib=experiment.library("evaluate_feature_sweep", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}feature_sweep.parquet",
     log:
@@ -319,6 +318,7 @@ use rule evaluate_trials as evaluate_feature_sweep with:
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_feature_sweep/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("evaluate_feature_sweep", experiment.reconstruction_of),
         metrics=["psnr"],
         settings=lambda wildcards: {
             "dataset": wildcards.dataset,
@@ -333,20 +333,19 @@ use rule table as feature_sweep with:
             "{reconstructor}feature_sweep.parquet",
         ),
         trials=rules.evaluate_feature_sweep.input.picks,
-        lib=experiment.library("feature_sweep"),
     output:
         **shown("feature_sweep", "Tested features"),
     log:
         "<results>/logs/{reconstructor}feature_sweep.log",
     params:
         **cases.of_table(experiment, "feature_sweep"),
+        lib=experiment.library("feature_sweep"),
         cases=cases.feature_cases(experiment),
 
 
 use rule trial_feature_sweep as trial_scorer_arch with:
     input:
         **cases.files(experiment, "scorer_arch"),
-        lib=experiment.library("trial_scorer_arch"),
     output:
         picks="<results>/trials/scorer_arch/{trial}.parquet",
     log:
@@ -355,6 +354,7 @@ use rule trial_feature_sweep as trial_scorer_arch with:
         "<results>/benchmarks/trial_scorer_arch/{trial}.jsonl"
     params:
         **cases.training(experiment, "scorer_arch"),
+        lib=experiment.library("trial_scorer_arch"),
         case=lambda wildcards: cases.scorer_cases(experiment)[wildcards.trial],
         k=experiment.budget_near(20),
 
@@ -367,13 +367,14 @@ use rule evaluate_feature_sweep as evaluate_scorer_arch with:
             "<results>/trials/scorer_arch/{trial}.parquet",
             trial=cases.scorer_cases(experiment),
         ),
-        lib=experiment.library("evaluate_scorer_arch", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}scorer_arch.parquet",
     log:
         "<results>/logs/{reconstructor}evaluate_scorer_arch/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_scorer_arch/{dataset}/{scene}.jsonl"
+    params:
+        lib=experiment.library("evaluate_scorer_arch", experiment.reconstruction_of),
 
 
 use rule table as scorer_arch with:
@@ -383,20 +384,19 @@ use rule table as scorer_arch with:
             "{reconstructor}scorer_arch.parquet",
         ),
         trials=rules.evaluate_scorer_arch.input.picks,
-        lib=experiment.library("scorer_arch"),
     output:
         **shown("scorer_arch", "Scorer architectures"),
     log:
         "<results>/logs/{reconstructor}scorer_arch.log",
     params:
         **cases.of_table(experiment, "scorer_arch"),
+        lib=experiment.library("scorer_arch"),
         labels=cases.scorer_labels(experiment),
 
 
 use rule stage as pair_poses with:
     input:
-        source=experiment.datasets.raw_capture,
-        lib=experiment.library("pair_poses"),
+        source=kept_here(experiment.datasets.raw_capture),
     output:
         **inputs.capture(folder=f"{inputs.SCENE}/sources/given", prefix="given_"),
         **inputs.capture(
@@ -411,6 +411,7 @@ use rule stage as pair_poses with:
         | {"gpu": gpus_of(experiment.config["pose_sources"]["poses"])},
     params:
         **inputs.ingested(experiment, experiment.config["long_side"]),
+        lib=experiment.library("pair_poses"),
         poses=experiment.config["pose_sources"]["poses"],
         model=experiment.config["pose_sources"]["model"],
     message:
@@ -419,14 +420,15 @@ use rule stage as pair_poses with:
 
 use rule describe as describe_paired with:
     input:
-        **inputs.capture(inputs.WITHOUT_POINTS, f"{inputs.SCENE}/sources/given"),
-        lib=experiment.library("describe"),
+        **inputs.capture(folder=f"{inputs.SCENE}/sources/given"),
     output:
         descriptors=f"{inputs.SCENE}/sources/given/descriptors.parquet",
     log:
         "<results>/logs/describe_paired/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/describe_paired/{dataset}/{scene}.jsonl"
+    params:
+        lib=experiment.library("describe"),
 
 
 use rule select_trials as select_paired with:
@@ -434,7 +436,6 @@ use rule select_trials as select_paired with:
         **inputs.captures([f"{SCENE}/sources/given", f"{SCENE}/sources/estimated"]),
         described=f"{inputs.SCENE}/sources/given/descriptors.parquet",
         weights=experiment.scorers,
-        lib=experiment.library("select_paired"),
     output:
         picks=f"{inputs.SCENE}/sources/paired_picks.parquet",
     log:
@@ -442,6 +443,7 @@ use rule select_trials as select_paired with:
     benchmark:
         "<results>/benchmarks/select_paired/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("select_paired"),
         settings=lambda wildcards: {
             "draws": experiment.config["draws"],
             "budgets": experiment.config["budgets"],
@@ -455,7 +457,6 @@ use rule evaluate_trials as evaluate_paired with:
     input:
         **inputs.captures([f"{SCENE}/sources/given", f"{SCENE}/sources/estimated"]),
         picks=[f"{inputs.SCENE}/sources/paired_picks.parquet"],
-        lib=experiment.library("evaluate_paired", experiment.reconstruction_of),
     output:
         evaluation=f"{inputs.SCENE}/sources/{{reconstructor}}paired.parquet",
     log:
@@ -463,6 +464,7 @@ use rule evaluate_trials as evaluate_paired with:
     benchmark:
         "<results>/benchmarks/{reconstructor}evaluate_paired/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("evaluate_paired", experiment.reconstruction_of),
         settings=rules.select_paired.params.settings,
 
 
@@ -471,13 +473,13 @@ use rule table as pose_sources with:
         evaluations=scenes.files(
             experiment, scenes.posed_twice, "sources/{reconstructor}paired.parquet"
         ),
-        lib=experiment.library("pose_sources"),
     output:
         **shown("pose_sources", "Two sources of poses"),
     log:
         "<results>/logs/{reconstructor}pose_sources.log",
     params:
         **scenes.of_table(experiment, scenes.posed_twice),
+        lib=experiment.library("pose_sources"),
         names=lambda wildcards: paper.pose_labels(),
         budgets=experiment.config["budgets"],
         metrics=experiment.metrics,
@@ -488,7 +490,6 @@ use rule stage as evaluate_transfer with:
         **inputs.capture(),
         splits=inputs.of_draws(experiment, "split.parquet", paper.draws),
         selections=inputs.of_draws(experiment, "selections.parquet", paper.draws),
-        lib=experiment.library("evaluate_transfer", paper.reconstruction("transfer")),
     output:
         evaluations=inputs.of_draws(
             experiment, "{compared}/transfer.parquet", paper.draws
@@ -502,6 +503,7 @@ use rule stage as evaluate_transfer with:
             4000, 120, "reconstruction", paper.reconstruction("transfer")
         ),
     params:
+        lib=experiment.library("evaluate_transfer", paper.reconstruction("transfer")),
         reconstruction=paper.reconstruction("transfer"),
         metrics=experiment.metrics,
         budgets=lambda wildcards: paper.budgets("budgets"),
@@ -513,7 +515,7 @@ use rule stage as evaluate_transfer with:
 use rule table as transfer with:
     input:
         evaluations=lambda wildcards: paper.evaluations("transfer", paper.draws),
-        lib=paper.library("transfer", "transfer"),
+        programs=paper.programs("transfer"),
     output:
         **shown(
             "transfer",
@@ -524,6 +526,7 @@ use rule table as transfer with:
     log:
         "<results>/logs/transfer.log",
     params:
+        lib=paper.library("transfer", "transfer"),
         problems=lambda wildcards: scenes.problems(
             scenes.held_out(experiment), paper.draws
         ),
@@ -539,9 +542,6 @@ use rule stage as evaluate_reconchoice with:
         **inputs.capture(),
         split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
         selections="<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
-        lib=experiment.library(
-            "evaluate_reconchoice", paper.reconstruction("reconchoice")
-        ),
     output:
         evaluation="<results>/{dataset}/{scene}/draw{draw}/{compared}/reconchoice.parquet",
     log:
@@ -555,6 +555,9 @@ use rule stage as evaluate_reconchoice with:
             reconstruction=paper.reconstruction("reconchoice"),
         ),
     params:
+        lib=experiment.library(
+            "evaluate_reconchoice", paper.reconstruction("reconchoice")
+        ),
         reconstruction=paper.reconstruction("reconchoice"),
         metrics=experiment.metrics,
         budgets=lambda wildcards: paper.budgets("inputs"),
@@ -567,12 +570,13 @@ use rule stage as evaluate_reconchoice with:
 use rule table as reconchoice with:
     input:
         evaluations=lambda wildcards: paper.evaluations("reconchoice", paper.draws),
-        lib=paper.library("reconchoice", "reconchoice"),
+        programs=paper.programs("reconchoice"),
     output:
         **shown("reconchoice", "Reconstructors", folder=""),
     log:
         "<results>/logs/reconchoice.log",
     params:
+        lib=paper.library("reconchoice", "reconchoice"),
         problems=lambda wildcards: scenes.problems(
             scenes.held_out(experiment), paper.draws
         ),
@@ -586,12 +590,11 @@ use rule table as pipeline_figure with:
     input:
         **inputs.chosen(
             paper.searched,
-            *inputs.WITHOUT_POINTS,
+            *inputs.CAPTURE,
             "splits",
             "labels",
             "trajectories",
         ),
-        lib=experiment.library("pipeline_figure"),
     output:
         **shown(
             "pipeline_figure",
@@ -604,6 +607,7 @@ use rule table as pipeline_figure with:
     resources:
         **experiment.resources(grows="capture"),
     params:
+        lib=experiment.library("pipeline_figure"),
         scenes=lambda wildcards: paper.searched_scenes(),
         facts=experiment.facts([experiment.trained]),
 
@@ -639,8 +643,7 @@ use rule generate as generate_pictures with:
 
 use rule ingest as ingest_pictures with:
     input:
-        source=inputs.filmed_anew(experiment, "pictures/data"),
-        lib=experiment.library("ingest"),
+        source=kept_here(inputs.filmed_anew(experiment, "pictures/data")),
     output:
         **inputs.capture(folder=f"{inputs.SCENE}/pictures"),
     log:
@@ -650,6 +653,7 @@ use rule ingest as ingest_pictures with:
     resources:
         **experiment.resources(2000, 240),
     params:
+        lib=experiment.library("ingest"),
         long_side=paper.pictured["long_side"],
 
 
@@ -662,7 +666,7 @@ use rule table as qualitative with:
             "selections",
             "evaluations",
         ),
-        lib=paper.library("qualitative", "pictures"),
+        programs=paper.programs("pictures"),
     output:
         **shown(
             "views",
@@ -677,6 +681,7 @@ use rule table as qualitative with:
     resources:
         **experiment.resources(4000, 60, "capture", paper.pictured),
     params:
+        lib=paper.library("qualitative", "pictures"),
         views=3,
         k=experiment.budget_near(40),
         reconstruction=paper.pictured,
@@ -686,7 +691,7 @@ use rule table as qualitative with:
 use rule qualitative as teaser with:
     input:
         **paper.pictured_scene(experiment.evaluation_scenes[0][0]),
-        lib=paper.library("teaser", "pictures"),
+        programs=paper.programs("pictures"),
     output:
         **shown(
             "views",
@@ -699,6 +704,7 @@ use rule qualitative as teaser with:
     benchmark:
         "<results>/benchmarks/teaser.jsonl"
     params:
+        lib=paper.library("teaser", "pictures"),
         views=1,
         k=experiment.budget_near(30),
         facts=lambda wildcards: paper.picture_facts(experiment.evaluation_scenes[0][0]),
@@ -713,7 +719,7 @@ use rule qualitative as real_world with:
             "picks",
             "evaluation",
         ),
-        lib=paper.library("real_world", "pictures"),
+        programs=paper.programs("pictures"),
     output:
         **shown(
             "real_world",
@@ -726,5 +732,6 @@ use rule qualitative as real_world with:
     benchmark:
         "<results>/benchmarks/real_world.jsonl"
     params:
+        lib=paper.library("real_world", "pictures"),
         k=experiment.budget_near(30),
         facts=lambda wildcards: paper.picture_facts(scenes.rooms(experiment)[0][0]),

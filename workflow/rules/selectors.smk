@@ -8,11 +8,10 @@ folders beside it, <results>/selector/fsel/seed{seed}.json, each with a log of i
 
 use rule stage as train with:
     input:
-        **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
+        **inputs.captures(inputs.labelled(experiment), inputs.DESCRIBED),
         trajectories="<results>/trajectories.parquet",
         splits=inputs.of_labelled(experiment, "splits"),
         features=inputs.of_labelled(experiment, "features"),
-        lib=experiment.library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
         **inputs.scorer_files(experiment, "less_is_more"),
@@ -24,6 +23,7 @@ use rule stage as train with:
         **experiment.resources(4000, 60),
     params:
         **inputs.training(experiment, "less_is_more"),
+        lib=experiment.library("train"),
     message:
         "Training {params.policy}"
 
@@ -53,7 +53,6 @@ use rule train as train_geometry with:
 use rule stage as refine with:
     input:
         **inputs.captures(experiment.refinement_scenes, inputs.DESCRIBED),
-        lib=experiment.library("refine", experiment.reconstruction),
     output:
         weights="<results>/selector/fsel/seed{seed}.json",
         log="<results>/selector/fsel/seed{seed}.parquet",
@@ -64,6 +63,7 @@ use rule stage as refine with:
     resources:
         **experiment.resources(8000, 240, "reconstruction", experiment.reconstruction),
     params:
+        lib=experiment.library("refine", experiment.reconstruction),
         scenes=experiment.refinement_scenes,
         seed=lambda wildcards: int(wildcards.seed),
         settings=experiment.config["refinement"] | {"seed": experiment.config["seed"]},
@@ -74,11 +74,14 @@ use rule stage as refine with:
 
 # what tools/fit_budget.py depends on: evaluations as of `refine`, and the prediction itself
 BUDGET = [
-    *experiment.library("refine", experiment.reconstruction),
-    *[
-        os.path.relpath(experiment.folder / file)
-        for file in ("src/fsel/selection/budget.py", "tools/fit_budget.py")
-    ],
+    experiment.library("refine", experiment.reconstruction),
+    fingerprint(
+        [
+            experiment.folder / file
+            for file in ("src/fsel/selection/budget.py", "tools/fit_budget.py")
+        ],
+        {},
+    ),
 ]
 
 
@@ -86,7 +89,6 @@ use rule stage as budget_curves with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         weights=experiment.fsel[:1],
-        lib=BUDGET,
     output:
         curves="<results>/{dataset}/{scene}/budget_curves.parquet",
     log:
@@ -96,6 +98,7 @@ use rule stage as budget_curves with:
     resources:
         **experiment.resources(4000, 30, "reconstruction", experiment.reconstruction),
     params:
+        lib=BUDGET,
         coverages=experiment.config["coverages"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "budget"),
         reconstruction=experiment.reconstruction,
@@ -106,7 +109,6 @@ use rule stage as budget_curves with:
 use rule stage as fit_budget with:
     input:
         curves=inputs.of_problems(experiment.refinement_scenes, "budget_curves.parquet"),
-        lib=BUDGET,
     output:
         record="<results>/selector/budget.json",
     log:
@@ -114,6 +116,7 @@ use rule stage as fit_budget with:
     benchmark:
         "<results>/benchmarks/fit_budget.jsonl"
     params:
+        lib=BUDGET,
         scenes=experiment.refinement_scenes,
     message:
         "Fitting what `-k auto` predicts by"

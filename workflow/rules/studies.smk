@@ -11,7 +11,6 @@ use rule select_trials as select_candidate_pools with:
         described="<results>/{dataset}/{scene}/descriptors.parquet",
         splits=inputs.of_draws(experiment, "split.parquet"),
         weights=[*experiment.weights("less_is_more"), *experiment.fsel],
-        lib=experiment.library("select_candidate_pools"),
     output:
         picks="<results>/{dataset}/{scene}/candidate_pools_picks.parquet",
     log:
@@ -19,6 +18,7 @@ use rule select_trials as select_candidate_pools with:
     benchmark:
         "<results>/benchmarks/select_candidate_pools/{dataset}/{scene}.jsonl"
     params:
+        lib=experiment.library("select_candidate_pools"),
         settings=lambda wildcards: {
             "budgets": experiment.config["budgets"],
             "seeds": experiment.draw_seeds(wildcards),
@@ -30,7 +30,6 @@ use rule evaluate_trials as evaluate_candidate_pools with:
         **inputs.captures([SCENE]),
         splits=inputs.of_draws(experiment, "split.parquet"),
         picks=["<results>/{dataset}/{scene}/candidate_pools_picks.parquet"],
-        lib=experiment.library("evaluate_candidate_pools", experiment.reconstruction_of),
     output:
         evaluation="<results>/{dataset}/{scene}/{reconstructor}candidate_pools.parquet",
     log:
@@ -42,6 +41,7 @@ use rule evaluate_trials as evaluate_candidate_pools with:
             4000, 120, "reconstruction", experiment.reconstruction_of
         ),
     params:
+        lib=experiment.library("evaluate_candidate_pools", experiment.reconstruction_of),
         metrics=["psnr", "ssim", "gmsd"],
         settings=rules.select_candidate_pools.params.settings,
 
@@ -51,13 +51,13 @@ use rule table as candidate_pools with:
         evaluations=inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}candidate_pools.parquet"
         ),
-        lib=experiment.library("candidate_pools"),
     output:
         **shown("candidate_pools", "Equal candidate pools"),
     log:
         "<results>/logs/{reconstructor}candidate_pools.log",
     params:
         **scenes.of_table(experiment, scenes.evaluated),
+        lib=experiment.library("candidate_pools"),
         budgets=experiment.config["budgets"],
 
 
@@ -67,7 +67,6 @@ use rule table as selection_time with:
             folder=f"<results>/{inputs.joined(experiment.evaluation_scenes)[0]}"
         ),
         weights=experiment.scorers,
-        lib=experiment.library("selection_time"),
     output:
         **shown("selection_time", "Selection time", "Tables", folder=""),
     log:
@@ -77,6 +76,7 @@ use rule table as selection_time with:
     resources:
         **experiment.resources(4000, 60, "capture"),
     params:
+        lib=experiment.library("selection_time"),
         pools=experiment.config["timing"]["pools"],
         k=experiment.config["timing"]["k"],
         targets=experiment.config["targets"],
@@ -87,7 +87,6 @@ use rule stage as speed_settings with:
     input:
         **inputs.captures(inputs.joined(experiment.evaluation_scenes), inputs.DESCRIBED),
         splits=inputs.of_problems(experiment.problems(1), "split.parquet"),
-        lib=experiment.library("speed_settings"),
     output:
         numbers="<results>/speed_settings.csv",
     log:
@@ -97,6 +96,7 @@ use rule stage as speed_settings with:
     resources:
         **experiment.resources(4000, 60, "reconstruction", experiment.reconstruction),
     params:
+        lib=experiment.library("speed_settings"),
         generated=[
             experiment.generated(*scene) for scene in experiment.evaluation_scenes
         ],
@@ -118,7 +118,6 @@ use rule table as speed_error with:
         labels=lambda wildcards: scenes.from_labels(
             experiment, inputs.label_files(experiment)
         ),
-        lib=experiment.library("speed_error"),
     output:
         **shown(
             "speed_error",
@@ -130,6 +129,7 @@ use rule table as speed_error with:
     log:
         "<results>/logs/speed_error.log",
     params:
+        lib=experiment.library("speed_error"),
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
 
@@ -138,7 +138,6 @@ use rule speed_settings as economy with:
     input:
         **inputs.captures(inputs.joined(experiment.evaluation_scenes), inputs.DESCRIBED),
         splits=inputs.of_problems(experiment.problems(1), "split.parquet"),
-        lib=experiment.library("economy"),
     output:
         **shown("economy", "Modelling only what a scene needs", "Speed", folder=""),
     log:
@@ -146,14 +145,13 @@ use rule speed_settings as economy with:
     benchmark:
         "<results>/benchmarks/economy.jsonl"
     params:
+        lib=experiment.library("economy"),
         appearance=experiment.config["appearance"],
     message:
         "Making {output[0]}"
 
 
 use rule table as stability with:
-    input:
-        lib=experiment.library("stability"),
     output:
         **shown("stability", "Hard cases", "Numerics", folder=""),
     log:
@@ -162,3 +160,5 @@ use rule table as stability with:
         "<results>/benchmarks/stability.jsonl"
     resources:
         **experiment.resources(2000),
+    params:
+        lib=experiment.library("stability"),

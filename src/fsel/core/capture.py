@@ -196,8 +196,9 @@ class Capture:
         )
 
     def save(self, folder: str | Path, **details: Any) -> None:
-        """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`.
+        """Write frames.parquet, points.parquet, images.npy and masks.npy into `folder`.
 
+        The files are the same for every capture: masks.npy is empty where there are no masks.
         Arrays that already are those files, streamed there while they were made, stay as they are.
         `details` of how the capture was read go into the metadata of frames.parquet.
         """
@@ -210,10 +211,8 @@ class Capture:
         write_parquet(frames, folder / "frames.parquet", found)
         write_parquet(points_table(self.points), folder / "points.parquet", {})
         _save_array(self.images, folder / "images.npy")
-        if self.masks is not None:
-            _save_array(self.masks, folder / "masks.npy")
-        else:
-            (folder / "masks.npy").unlink(missing_ok=True)  # of a capture saved here before
+        none = np.empty((0, *self.images.shape[1:3]), bool)
+        _save_array(none if self.masks is None else self.masks, folder / "masks.npy")
 
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
@@ -221,7 +220,8 @@ class Capture:
         folder = Path(folder)
         frames = read_columns(folder / "frames.parquet")
         found = json.loads(read_metadata(folder / "frames.parquet").get(ATTRIBUTES, "{}"))
-        masks = folder / "masks.npy"
+        stored = folder / "masks.npy"  # none in folders of earlier versions
+        masks = mapped_array(stored) if stored.exists() else None
         return cls(
             names=tuple(frames["name"]),
             world_to_camera=np.array([frames[c] for c in POSE]).T.reshape(-1, 3, 4),
@@ -229,7 +229,7 @@ class Capture:
             images=mapped_array(folder / "images.npy"),
             sequences=tuple(frames["sequence"]),
             points=points_from_table(read_columns(folder / "points.parquet")),
-            masks=mapped_array(masks) if masks.exists() else None,
+            masks=None if masks is None or not len(masks) else masks,
             source=found.get("source", str(folder)),
         )
 

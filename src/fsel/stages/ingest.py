@@ -17,7 +17,7 @@ def ingest(source: File, folder: File, *, long_side: int, at_least: int, reading
 
     Args:
         folder: receives frames.parquet, whose metadata say how well poses and images agree,
-            points.parquet, images.npy and, of captures with masks, masks.npy.
+            points.parquet, images.npy and masks.npy, which is empty without masks.
         long_side: of the images stored, pixels.
         at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
         reading: further keywords of `fsel.captures.read.read_folder`.

@@ -31,6 +31,7 @@ def label(
     fitness: Metrics,
     inputs: Iterable[File],
     config: str,
+    library: str = "",
 ) -> None:
     """Label a training scene at one coverage level.
 
@@ -46,7 +47,7 @@ def label(
     problem = Problem.of(capture, split, read_columns(Path(folder) / "descriptors.parquet"))
     reconstructor = reconstructor_of(capture, reconstruction)
     evaluator = Evaluator.on_frames(reconstructor, split.proxies, metrics=fitness)
-    with Journal(labels, fingerprint(inputs, {"config": config})) as journal:
+    with Journal(labels, fingerprint(inputs, {"config": config, "library": library})) as journal:
         evaluate = journal.remember(f"p{coverage}", evaluator)
         table = searched(evaluate, problem, split, search, [seed, coverage], fitness)
         write_table(table, labels, units=units(fitness), config=config)

@@ -61,6 +61,7 @@ def refine(
     reconstruction: Mapping,
     inputs: Iterable[File],
     config: str,
+    library: str = "",
 ) -> None:
     """Fit `fsel` to the quality of real reconstructions of training scenes at all budgets.
 
@@ -73,7 +74,7 @@ def refine(
         settings: the config's section `refinement`, with `targets` and `seed` of the splits.
     """
     policy = POLICIES["fsel"]
-    with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
+    with Journal(weights, fingerprint(inputs, {"config": config, "library": library})) as journal:
         draws = [
             list(_practices(scene, folder, policy, settings, reconstruction, journal))
             for scene, folder in sorted(zip(scenes, folders, strict=True))

@@ -31,6 +31,7 @@ def search_oracle(
     seed: int,
     inputs: Iterable[File],
     config: str,
+    library: str = "",
 ) -> None:
     """Run the genetic search on an evaluation problem, and random search of equal budget beside it.
 
@@ -45,7 +46,7 @@ def search_oracle(
     on_targets = Evaluator.on_frames(reconstructor, parts.targets, metrics=metrics)
     evaluator = Evaluator.on_frames(reconstructor, parts.proxies, metrics=fitness)
     searches, picks = [], []
-    with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
+    with Journal(subsets, fingerprint(inputs, {"config": config, "library": library})) as journal:
         on_proxies = journal.remember("p", evaluator)
         for name, labeller in (("search", "genetic"), ("random_search", "random")):
             rng = np.random.default_rng([seed, name_seed(name)])

@@ -65,13 +65,12 @@ def files(experiment: Experiment, table: str) -> dict[str, Any]:
         return lambda wildcards: inputs.of_scenes(scenes.tried(experiment, table), *of)
 
     return {
-        **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
+        **inputs.captures(inputs.labelled(experiment), inputs.DESCRIBED),
         "splits": inputs.of_labelled(experiment, "splits"),
         "trajectories": lambda wildcards: scenes.from_labels(
             experiment, "<results>/trajectories.parquet"
         ),
-        "validation_frames": validation("frames.parquet"),
-        "validation_descriptors": validation("descriptors.parquet"),
+        **{f"validation_{kind}": validation(inputs.FILES[kind]) for kind in inputs.DESCRIBED},
         "validation_splits": validation("split.parquet", range(experiment.config["draws"])),
     }
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 from collections.abc import Collection, Iterable, Iterator
 from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any
 
-from fsel.core.files import write_text
+from fsel.core.files import digest, fingerprint, write_text
 
 
 class Library:
@@ -29,6 +30,14 @@ class Library:
         self.modules = {self._name(path): path for path in files if path.suffix == ".py"}
         self.data = {path.name: path for path in files if path.suffix not in (".py", ".pyc")}
         self.referred = self._referred(store)
+        self._contents: dict[str, str] = {}  # path -> digest of the file
+
+    def digest(self, module: str, unused: Collection[str] = ()) -> str:
+        """Return a digest of the contents of the files that a module needs, see `needed`."""
+        files = self.needed(module, unused)
+        for path in set(files) - set(self._contents):
+            self._contents[path] = fingerprint([path], {})
+        return digest({os.path.relpath(p, self.folder): self._contents[p] for p in files})
 
     def needed(self, module: str, unused: Collection[str] = ()) -> list[str]:
         """Sorted paths of the files that a module needs, its own among them.

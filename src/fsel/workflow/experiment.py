@@ -28,7 +28,7 @@ DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffice
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
 
 Choice = Callable[[Any], Any]  # of the wildcards
-Resource = Callable[..., int]
+Resource = Callable[..., int | None]
 
 
 @dataclass(frozen=True)
@@ -48,21 +48,33 @@ class Experiment(Settings):
     def weights(self, policy: str) -> list[str]:
         """List the scorers of a trained policy: those that are configured, or one for each seed."""
         folder = self.scorer_folder(policy)
-        named: list[str] = self.config["training"]["weights"].get(policy, [])
-        return named or [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
+        trained = [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
+        return self._given(policy) or trained
 
     @cached_property
     def fsel(self) -> list[str]:
         """The rules `fsel`: refined here, or the one that comes with the package."""
         seeds = range(self.config["refinement"]["seeds"])
         refined = [f"<results>/selector/fsel/seed{seed}.json" for seed in seeds]
-        return refined or [shipped(self.folder, "fsel")]
+        return refined or self._given("fsel")
 
     @cached_property
     def scorers(self) -> list[str]:
         """The scorers of every learned and fixed selector."""
         weights = [path for policy in TRAINED for path in self.weights(policy)]
-        return [*weights, *self.fsel, shipped(self.folder, "fsel_rule")]
+        return [*weights, *self.fsel, *self._given("fsel_rule")]
+
+    @cached_property
+    def given_scorers(self) -> dict[str, str]:
+        """File in the folder of given scorers -> the one that it copies: configured or shipped."""
+        ours = {name: [shipped(self.folder, name)] for name in ("fsel", "fsel_rule")}
+        named = (self.config["training"]["weights"] | ours).items()
+        numbered = ((policy, *each) for policy, paths in named for each in enumerate(paths))
+        return {f"{policy}.{n}{Path(path).suffix}": path for policy, n, path in numbered}
+
+    def _given(self, policy: str) -> list[str]:
+        files = [name for name in self.given_scorers if name.partition(".")[0] == policy]
+        return [f"<results>/selector/given/{name}" for name in files]
 
     @property
     def reconstruction(self) -> Section:
@@ -187,30 +199,42 @@ class Experiment(Settings):
         found = {"mem_mb": needed(factor * memory_mb), "runtime": needed(factor * minutes)}
         if reconstruction is not None:
             of = reconstruction
-            found["gpu"] = lambda wildcards: int(needs_gpu(of(wildcards) if callable(of) else of))
+            # None, which Snakemake drops: Kubernetes refuses `gpu` even where it is 0
+            found["gpu"] = lambda wildcards: (
+                int(needs_gpu(of(wildcards) if callable(of) else of)) or None
+            )
         return found
 
-    def library(
-        self, rule: str, reconstruction: Section | Choice | None = None
-    ) -> list[str] | Choice:
-        """List the files of the library that a rule depends on, or return a function that does.
+    def library(self, rule: str, reconstruction: Section | Choice | None = None) -> str | Choice:
+        """Return a digest of the library's files that a rule depends on, or a function that does.
 
-        They are those of its `reconstruction`, see `resources`; by default of the first.
+        They are those of its `reconstruction`, see `resources`; by default of the first. A digest,
+        since sources among a rule's inputs would be sought in a storage of results.
         """
         module = home_of(rule).partition(":")[0]
         if callable(reconstruction):
             choose = reconstruction
-            return lambda wildcards: self._needed(module, choose(wildcards)["name"])
-        return self._needed(module, (reconstruction or self.reconstruction)["name"])
+            return lambda wildcards: self._digest(module, choose(wildcards)["name"])
+        return self._digest(module, (reconstruction or self.reconstruction)["name"])
 
-    def _needed(self, module: str, reconstructor: str) -> list[str]:
+    def _digest(self, module: str, reconstructor: str) -> str:
+        if (module, reconstructor) not in self._digests:
+            unused = self.unused(reconstructor)
+            self._digests[module, reconstructor] = self._library.digest(module, unused)
+        return self._digests[module, reconstructor]
+
+    def unused(self, reconstructor: str) -> list[str]:
+        """List the registries' entries that a rule with a reconstructor never imports."""
         layouts = {entry["layout"] for entry in self.datasets.entries.values()}
         used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
         homes = RECONSTRUCTORS.homes | REGISTERED.homes
         if "auto" not in layouts:
             homes |= LAYOUTS.homes
-        unused = [home for name, home in homes.items() if name not in used]
-        return self._library.needed(module, unused)
+        return [home for name, home in homes.items() if name not in used]
+
+    @cached_property
+    def _digests(self) -> dict[tuple[str, str], str]:
+        return {}
 
     @cached_property
     def _library(self) -> Library:
@@ -226,7 +250,7 @@ class Experiment(Settings):
         stated = 0 if isinstance(poses, str) else poses.get("timeout", 0)
         return attempt * max(240, math.ceil(stated / 60))
 
-    def ingest_gpus(self, wildcards: Any) -> int:
+    def ingest_gpus(self, wildcards: Any) -> int | None:
         """Return the GPUs of reading a capture: one where its poses' program works on one."""
         return gpus_of(self.datasets.entries[wildcards.dataset]["poses"])
 
@@ -273,9 +297,9 @@ class Experiment(Settings):
         return places
 
 
-def gpus_of(poses: str | Section) -> int:
-    """Return the GPUs that finding poses takes."""
-    return int(not isinstance(poses, str) and poses.get("gpu", False))
+def gpus_of(poses: str | Section) -> int | None:
+    """Return the GPUs that finding poses takes, None for none."""
+    return int(not isinstance(poses, str) and poses.get("gpu", False)) or None
 
 
 def captured(files: Iterable[str]) -> float:

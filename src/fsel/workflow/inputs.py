@@ -21,8 +21,7 @@ FILES = {
     "descriptors": "descriptors.parquet",
 }
 LABELS = "<results>/labels/{scene}/p{coverage}.parquet"
-WITHOUT_POINTS = ("frames", "images")
-CAPTURE = ("frames", "points", "images")
+CAPTURE = ("frames", "points", "images", "masks")
 DESCRIBED = (*CAPTURE, "descriptors")
 COSTED = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
 

@@ -18,7 +18,8 @@ from fsel.core.limits import set_threads
 from fsel.workflow.functions import function_of
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
-LIBRARY = "lib"  # the input that holds the sources of a rule's function
+LIBRARY = "lib"  # the param with the digest of the sources of a rule's function
+NO_ARGUMENTS = (LIBRARY, "programs")  # the latter is an input that refuses what is not here
 
 logger = logging.getLogger("fsel")
 
@@ -61,9 +62,9 @@ def arguments(snakemake: Any, function: Callable[..., None]) -> dict[str, object
       files of one canonical capture; `folders` of several captures, one folder each; `x_folder`
       and `x_folders` of `x_frames` and so on;
     - `inputs`: every input file; `threads`; `config`: the digest of the params, for its tables;
+      `library`: the param `lib`, the digest of the sources that the rule depends on, which is in
+      no other digest;
     - a wildcard.
-
-    The input `lib`, sources that the rule depends on, is no argument.
 
     Raises:
         TypeError: for a parameter without a value, and for an input, output or param that no
@@ -71,13 +72,15 @@ def arguments(snakemake: Any, function: Callable[..., None]) -> dict[str, object
     """
     where = f"rule {snakemake.rule}, function {function.__qualname__}"
     parts = (snakemake.input, snakemake.output, snakemake.params)
-    given = {name: value for part in parts for name, value in part.items() if name != LIBRARY}
+    given = {name: value for part in parts for name, value in part.items()}
+    given = {name: value for name, value in given.items() if name not in NO_ARGUMENTS}
     folders = _folders(snakemake, where)
     further = {
         **dict(snakemake.wildcards.items()),
         "inputs": list(snakemake.input),
         "threads": snakemake.threads,
-        "config": digest(dict(snakemake.params.items())),
+        "library": snakemake.params.get(LIBRARY, ""),
+        "config": digest({k: v for k, v in snakemake.params.items() if k != LIBRARY}),
     }
     taken, left = {}, set(given)
     parameters = inspect.signature(function).parameters

@@ -108,15 +108,17 @@ class Paper:
             where = f"{section}.reconstructions"
         requirements.check_reconstructors(named, where)
 
-    def library(self, rule: str, section: str) -> Choice:
-        """Return an input function: the sources of a rule; it refuses missing programs."""
-        own = self.pictured if section == PICTURES else None
-        files = self.experiment.library(rule, own)
+    def library(self, rule: str, section: str) -> str | Choice:
+        """Return a digest of what a rule depends on, see `Experiment.library`."""
+        return self.experiment.library(rule, self.pictured if section == PICTURES else None)
 
-        def asked(wildcards: Any) -> Any:
+    def programs(self, section: str) -> Choice:
+        """Return an input function that names no file and refuses missing programs."""
+
+        def asked(wildcards: Any) -> list[str]:
             if self.asks:
                 self._check_programs(section)
-            return files
+            return []
 
         return asked
 
@@ -231,7 +233,7 @@ class Paper:
         """Return the files that `pipeline_figure` draws, see `searched_scenes`."""
         drawn, dataset = self.searched_scenes(), self.experiment.trained
         return {
-            **inputs.captures([f"{dataset}/{s}" for s in drawn.values()], inputs.WITHOUT_POINTS),
+            **inputs.captures([f"{dataset}/{s}" for s in drawn.values()]),
             "splits": [f"<results>/labels/{scene}/splits.parquet" for scene in drawn.values()],
             "labels": [inputs.LABELS.format(scene=s, coverage=c) for c, s in drawn.items()],
             "trajectories": "<results>/trajectories.parquet",
