@@ -41,8 +41,12 @@ if "datasets" not in config:
     configfile: "config/config.yaml"
 
 
-experiment = Experiment.load(config, Path(workflow.basedir)).with_obtainable_metrics(
-    ask=workflow.is_main_process
+results_storage = workflow.storage_settings
+experiment = Experiment.load(
+    config, Path(workflow.basedir), asks=workflow.is_main_process
+).with_obtainable_metrics(
+    ask=workflow.is_main_process,
+    stored=bool(results_storage and results_storage.default_storage_provider),
 )
 paper = Paper(experiment, asks=workflow.is_main_process)
 if workflow.is_main_process:

@@ -1,10 +1,12 @@
 """Datasets of a configuration: what is there, and errors that name the key and the value."""
 
+import copy
 from types import SimpleNamespace
 
 import pytest
-from dry_runs import SMOKE, experiment, with_dataset
+from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
+from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import Refusal
 
 
@@ -107,6 +109,12 @@ def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):
     assert "gone" not in made.datasets.entries
     assert made.facts()["missing"] == ["Gone"]
     assert str(tmp_path / "nowhere") in made.datasets.missing["gone"]
+    # a job elsewhere does not see the folder of a run that has it
+    config = copy.deepcopy(SMOKE | {"datasets": {"gone": entry}})
+    job = Experiment.load(config, ROOT, asks=False)
+    assert job.evaluation_scenes == [("gone", "a")]
+    config["allow_missing"] = True
+    assert Experiment.load(config, ROOT, asks=False).evaluation_scenes == []
 
 
 def test_frames_that_a_scene_needs():

@@ -57,6 +57,8 @@ def test_jobs_take_what_the_run_has_decided_and_ask_nobody(index, tmp_path):
     (tmp_path / "downloads" / "lpips_alex.safetensors").touch()
     for ask in (False, True):
         assert "lpips" in experiment(**ASKED).with_obtainable_metrics(ask=ask).metrics
+    apart = experiment(**ASKED).with_obtainable_metrics(ask=False, stored=True)
+    assert "gmsd" in apart.metrics
     assert index["asked"] == 0
 
 

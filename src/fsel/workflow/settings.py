@@ -37,8 +37,10 @@ class Settings:
     without_lpips: str = ""  # why GMSD stands in the place of LPIPS; empty where it does not
 
     @classmethod
-    def load(cls, config: dict[str, Any], folder: Path) -> Self:
+    def load(cls, config: dict[str, Any], folder: Path, asks: bool = True) -> Self:
         """Put defaults into a configuration and take it apart, without datasets that are not there.
+
+        A job need not ask where its run has: it may see no other data than its own inputs.
 
         Raises:
             Refusal: for an unknown key, a value that is not allowed, or keys that do not fit
@@ -51,7 +53,8 @@ class Settings:
             raise Refusal(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
         complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
-        datasets = Datasets.of(config["datasets"], sources)
+        trusted = not asks and not config["allow_missing"]
+        datasets = Datasets.of(config["datasets"], sources, trusted)
         named = reconstructors.named(config["reconstruction"], "reconstruction")
         search = dict(config["search"])
         labeller = search.pop("reconstruction") or next(iter(named.values()))
