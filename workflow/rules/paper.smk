@@ -615,7 +615,6 @@ use rule table as pipeline_figure with:
 use rule table as imitation with:
     input:
         logs=inputs.scorer_files(experiment, "less_is_more")["logs"],
-        lib=experiment.library("imitation"),
     output:
         **shown(
             "imitation",
@@ -626,6 +625,7 @@ use rule table as imitation with:
     log:
         "<results>/logs/imitation.log",
     params:
+        lib=experiment.library("imitation"),
         scenes=experiment.labelled,
         facts=experiment.facts([experiment.trained]),
 

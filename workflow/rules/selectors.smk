@@ -72,19 +72,6 @@ use rule stage as refine with:
         "Refining fsel against reconstruction, seed {wildcards.seed}"
 
 
-# what tools/fit_budget.py depends on: evaluations as of `refine`, and the prediction itself
-BUDGET = [
-    experiment.library("refine", experiment.reconstruction),
-    fingerprint(
-        [
-            experiment.folder / file
-            for file in ("src/fsel/selection/budget.py", "tools/fit_budget.py")
-        ],
-        {},
-    ),
-]
-
-
 use rule stage as budget_curves with:
     input:
         **inputs.capture(inputs.DESCRIBED),
@@ -98,7 +85,7 @@ use rule stage as budget_curves with:
     resources:
         **experiment.resources(4000, 30, "reconstruction", experiment.reconstruction),
     params:
-        lib=BUDGET,
+        lib=budget_sources,
         coverages=experiment.config["coverages"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "budget"),
         reconstruction=experiment.reconstruction,
@@ -116,7 +103,7 @@ use rule stage as fit_budget with:
     benchmark:
         "<results>/benchmarks/fit_budget.jsonl"
     params:
-        lib=BUDGET,
+        lib=budget_sources,
         scenes=experiment.refinement_scenes,
     message:
         "Fitting what `-k auto` predicts by"
