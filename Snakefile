@@ -1,4 +1,3 @@
-import os
 import sys
 from pathlib import Path
 
@@ -6,8 +5,7 @@ from snakemake.settings.types import DeploymentMethod
 from snakemake.utils import min_version
 
 min_version("9.19.0")
-SOURCE = str(Path(workflow.basedir, "src"))
-sys.path.insert(0, SOURCE)
+sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.core.files import fingerprint
 from fsel.workflow import cases, inputs, scenes
@@ -15,11 +13,7 @@ from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
 
-prepare(verbose=workflow.is_main_process)
-# jobs run the library of this checkout, whatever is installed in the image that they run in
-os.environ["PYTHONPATH"] = os.pathsep.join(
-    dict.fromkeys([SOURCE, *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
-).rstrip(os.pathsep)
+prepare(Path(workflow.basedir, "src"), verbose=workflow.is_main_process)
 # the settings are not there where the rules are only read
 if workflow.deployment_settings and (
     DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -43,13 +44,13 @@ def test_only_processors_of_level_three_are_pinned(monkeypatch, tmp_path, proces
 
 
 def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):
-    monkeypatch.setattr(machine.os, "environ", {"OPENBLAS_CORETYPE": "SkylakeX"})
+    monkeypatch.setattr(machine.os, "environ", {"OPENBLAS_CORETYPE": "SkylakeX", "PYTHONPATH": "b"})
     monkeypatch.setattr(machine, "pinned", lambda: PINNED)
-    machine.prepare(verbose=True)
-    kept = {**PINNED, "OPENBLAS_CORETYPE": "SkylakeX"}
+    machine.prepare(Path("a"), verbose=True)
+    kept = {**PINNED, "OPENBLAS_CORETYPE": "SkylakeX", "PYTHONPATH": os.pathsep.join("ab")}
     assert machine.os.environ == {**machine.INHERITED, **kept}
     assert "OPENBLAS_CORETYPE is set to 'SkylakeX'" in capsys.readouterr().err
-    machine.prepare()  # of a job's process
+    machine.prepare(Path("a"))  # of a job's process
     assert capsys.readouterr().err == ""
 
 

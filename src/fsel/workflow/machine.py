@@ -43,8 +43,15 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
     return dict(PINNED) if features >= LEVEL else {}
 
 
-def prepare(verbose: bool = False) -> None:
-    """Set what every job inherits, unless it is set already; print what is set otherwise."""
+def prepare(source: Path, verbose: bool = False) -> None:
+    """Set what every job inherits, unless it is set already; print what is set otherwise.
+
+    Args:
+        source: folder of the library that jobs run, whatever is installed in their image.
+        verbose: print.
+    """
+    others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, dict.fromkeys([str(source), *others])))
     own = pinned()
     for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)
