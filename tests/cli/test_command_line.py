@@ -114,6 +114,7 @@ def test_the_version_is_told(capsys):
 def test_negative_exponents_are_numbers():
     box = ["-1e-1", "-2.5E+1", "-.5e0", "1e-1", "3", "4"]
     asked = parsed(["select", "capture", "-k", "3", "-o", "out", "--box", *box])
+    assert asked.poses == "layout"
     assert asked.box == [-0.1, -25, -0.5, 0.1, 3, 4]
 
 

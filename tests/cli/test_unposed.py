@@ -34,9 +34,8 @@ def test_bad_and_equal_frames_are_left_out(photos, tmp_path):
     bad = {f"frame_{i:03d}.jpg": kind for i, kind in kinds.items()}
     assert {entry["name"]: entry["kind"] for entry in content["bad"]} == bad
     assert all(entry["left_out"] for entry in content["bad"])
-    every = {f"frame_{i:03d}.jpg" for i in range(24)}
-    assert set(content["frames"]) == every - set(bad)
-    assert set(select(photos, tmp_path / "all", "-k", 24, "--keep-bad")["frames"]) == every
+    assert set(content["frames"]) == {f"frame_{i:03d}.jpg" for i in range(24)} - set(bad)
+    assert len(select(photos, tmp_path / "all", "-k", 24, "--keep-bad")["frames"]) == 24
 
 
 def test_the_order_starts_with_what_the_others_resemble_and_is_that_of_the_files(photos, tmp_path):
@@ -56,9 +55,8 @@ def test_the_order_starts_with_what_the_others_resemble_and_is_that_of_the_files
 def test_a_video_and_photos_of_two_shapes_go_together(photos, tmp_path):
     shots = [cv2.imread(str(file)) for file in sorted((photos / "images").iterdir())]
     cv2.imwrite(str(photos / "images" / "frame_002.jpg"), np.rot90(shots[2]))
-    film, out = write_video(tmp_path / "walk.avi", shots[14:]), tmp_path / "out"
-    words = ("-k", 12, "--method", "uniform", "-o", out)
-    assert run("select", photos, film, "--poses", "none", *words) == 0
+    walk, out = write_video(tmp_path / "walk.avi", shots[14:]), tmp_path / "out"
+    assert run("select", photos, walk, "--poses", "none", "-k", 12, "-o", out) == 0
     names = (out / "frames.txt").read_text().split()
     assert {name.split("/")[0] for name in names} == {"capture", "walk"}
 

@@ -42,8 +42,7 @@ def select_unposed(
     pool = np.setdiff1d(frames, health.left_out)
     capture = opened.loaded(np.arange(len(names)), reporter.bar("images"))
     described = descriptors(capture.images, LAB_HOG)
-    sharpness = np.zeros(len(names)) if health.sharpness is None else health.sharpness
-    none = pool[:0], capture.view(pool[:0])  # proxies and targets
-    problem = Problem(capture, pool, *none, described, np.nan_to_num(sharpness))
+    known = np.nan_to_num(np.zeros(len(names)) if health.sharpness is None else health.sharpness)
+    problem = Problem(capture, pool, pool[:0], capture.view(pool[:0]), described, known)
     picks = checked_select(method, problem, k, np.random.default_rng(0))
     return picks[farthest(described[picks], k)], health

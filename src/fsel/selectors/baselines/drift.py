@@ -15,8 +15,7 @@ LOST = 0.25  # of the longer side: the drift of a keypoint that is not found aga
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick the frames nearest to equal steps of the drift that sums up in capture order."""
-    steps = [drift(*pair) for pair in pairwise(grey_images(problem))]
-    path = np.append(0, np.cumsum(steps))
+    path = np.append(0, np.cumsum([drift(*pair) for pair in pairwise(grey_images(problem))]))
     picks: list[int] = []
     for at, goal in enumerate(np.linspace(0, path[-1], k)):
         rows = np.arange(picks[-1] + 1 if picks else 0, len(path) - (k - 1 - at))
