@@ -50,8 +50,8 @@ def test_a_signal_amid_imports_is_one_line(number, code, module):
         ("--long-side 0", ["--long-side: 0 is out of range; allowed: 1 to 16384"]),
         ("--long-side 111111111111", ["allowed: 1 to 16384"]),
         ("--cover 0", ["--cover: 0 is out of range"]),
-        ("--vram infGB", ["--vram: 'infGB' is no size"]),
-        ("--vram=-1GB", ["--vram: '-1GB' is no size"]),
+        ("--vram infGB", ["--vram: 'infGB' is not a size"]),
+        ("--vram=-1GB", ["--vram: '-1GB' is not a size"]),
         ("--vram 8X", ["--vram", "8GB"]),
         ("--max-error nan", ["--max-error: 'nan' is out of range"]),
         ("-k ten", ["-k", "'ten'"]),
@@ -100,7 +100,7 @@ def test_sizes_are_read_as_people_write_them(text, size):
 
 def test_words_between_commas_are_read_as_people_write_them():
     assert words("fsel, uniform,,fsel,") == ["fsel", "uniform"]
-    with pytest.raises(ArgumentTypeError, match="names nothing"):
+    with pytest.raises(ArgumentTypeError, match="is empty"):
         words(" ,")
 
 

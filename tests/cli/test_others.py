@@ -96,11 +96,11 @@ def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
     asked = ["-k", "auto", "--vram", "1.2GB"]  # (1.08 - 0.65) / 0.132
     for lacking in (asked, ["-k", "auto", "--trainer", "gsplat"], [*asked[2:], "-k", 4]):
         assert select(capture, *lacking, "-o", tmp_path / "out") == 1
-        assert "--vram and --trainer go together" in capsys.readouterr().err
+        assert "--vram and --trainer need" in capsys.readouterr().err
     assert select(capture, *asked, "--trainer", "long-lrm", "-o", tmp_path / "out") == 0
     content = record_of(tmp_path / "out")
     assert content["budget"]["frames"] == content["budget"]["within"] == len(content["frames"]) == 3
-    assert "which fit 1,200,000,000 bytes by long-lrm" in content["budget"]["reason"]
+    assert "long-lrm fits into 1,200,000,000 bytes" in content["budget"]["reason"]
     assert content["settings"]["trainer"] == "long-lrm"
 
 
@@ -114,9 +114,9 @@ def test_two_frames_are_all_worth_keeping(tmp_path, capsys):
     assert run("info", tmp_path / "two", "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert found["worth_keeping"] == ["frame_000.jpg", "frame_001.jpg"]
-    assert found["enough"] == "all 2 frames, which are too few to select from"
+    assert found["enough"] == "all 2 frames: too few to select from"
     assert select(tmp_path / "two", "-k", 2, "-o", tmp_path / "out") == 1
-    said = "2 frames would leave nothing to select; at least 3"
+    said = "too few to select from: 2 frames; at least 3"
     assert said in capsys.readouterr().err
 
 
@@ -191,7 +191,7 @@ def test_compare_says_which_points_three_picks_see(capture, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (["--targets", "orbit"], "no truth to compare with"),
+        (["--targets", "orbit"], "no photos of these views"),
         (["--methods", "fsel,best"], "method is 'best'"),
         (["-k", "1"], "at least two"),
         (["-k", "10,30"], "k is 30; allowed: 1 to 21"),
@@ -235,7 +235,7 @@ def test_reconstruct_takes_what_select_wrote(targets, capture, tmp_path, capsys,
     ("lines", "said"),
     [
         ("frame_003.jpg\nframe_3.jpg\n", "'frame_3.jpg'"),
-        ("frame_003.jpg\n", "two or more"),
+        ("frame_003.jpg\n", "at least two"),
         ("", "no frame"),
     ],
 )

@@ -111,7 +111,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
         patched.setattr(pycolmap, "incremental_mapping", cut_off)
         assert run("poses", photos, "-o", tmp_path / "capture") == 130
     assert not (tmp_path / "capture").exists()
-    assert "what was found so far is kept, and the same command goes on" in capsys.readouterr().err
+    assert "run the same command again to resume" in capsys.readouterr().err
     monkeypatch.setattr(pycolmap, "extract_features", lambda *_, **__: pytest.fail("again"))
     assert run("info", photos, "--poses", "colmap", "--quiet") == 0
     assert len(list(cache.glob("*/capture/sparse/0/images.bin"))) == 1
@@ -130,7 +130,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
         ("info .", "walk.mp4"),
         ("poses walk.insv -o out", "360-degree camera"),
         ("select walk.mp4 -k 3 -o out", "walk.mp4: not a readable video"),
-        ("poses walk.mp4 ./walk.mp4 -o out", "walk.mp4: a video or folder is given twice"),
+        ("poses walk.mp4 ./walk.mp4 -o out", "walk.mp4: the same video or folder is given twice"),
         ("poses grey -o out", "fsel: grey: COLMAP placed 0 of 3 frames; at least 3"),
     ],
 )
@@ -221,7 +221,9 @@ def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys, 
     monkeypatch.setattr(image_files, "reads_heic", lambda: False)
     assert run("info", tmp_path, "--poses", "colmap") == 1
     printed = capsys.readouterr().err
-    said = "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC. Hint: pip install 'fsel[h"
+    said = (
+        "1 photo skipped; convert to JPEG or PNG to use them: IMG_1.HEIC. Hint: pip install 'fsel[h"
+    )
     assert said in printed
     assert f"{tmp_path}: 0 photos" in printed
 

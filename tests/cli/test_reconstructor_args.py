@@ -89,7 +89,7 @@ def test_ctrl_c_writes_the_model_so_far(capture, listed, tmp_path, capsys, monke
     told = capsys.readouterr()
     assert made == [0, 1, 2]
     assert "in 3 steps" in told.out
-    assert "the model so far is written" in told.err
+    assert "writing the current model" in told.err
     assert GaussianModel.read_ply(out).primitives > 0
     assert signal.getsignal(signal.SIGINT) is handler
 
@@ -110,12 +110,12 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
     ("asked", "said"),
     [
         (["--reconstructor", "nerf"], "reconstructor is 'nerf'; allowed: splats, gaussians"),
-        (["--steps", 5], "--steps is 5, and splats takes none; allowed with: gaussians"),
-        (["--quality", "good", "--steps", 5], "--steps is 5, which --quality good says itself"),
-        (["--quality", "good", "--long-side", 64], "--long-side is 64, which --quality good"),
+        (["--steps", 5], "--steps is 5, but splats takes no steps; allowed with: gaussians"),
+        (["--quality", "good", "--steps", 5], "--steps is 5, but --quality good sets it"),
+        (["--quality", "good", "--long-side", 64], "--long-side is 64, but --quality good"),
         (["--quality", "good", "--reconstructor", "splats"], "--reconstructor is splats, which"),
         (["--reconstructor", "external"], "'external'; allowed: splats, gaussians, radiance_field"),
-        (["--reconstructor", "radiance_field"], "'radiance_field' has no .ply to write; allowed"),
+        (["--reconstructor", "radiance_field"], "'radiance_field' cannot write a .ply; allowed"),
     ],
 )
 def test_a_reconstructor_is_refused_before_any_image_is_opened(
@@ -167,7 +167,7 @@ def test_lpips_takes_the_place_of_gmsd(capture, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--metrics", "ssim,lpips"], "psnr, which tables rank by"),
+        (["--metrics", "ssim,lpips"], "psnr must be among them"),
         (["--metrics", "psnr,mae"], "mae"),
     ],
 )

@@ -45,8 +45,8 @@ def test_a_flight_between_frames_of_a_model(made, capsys):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--video", "a.avi"], "a.avi: a video is written as .mp4"),
-        (["--video", "a.mp4", "--metrics", "psnr"], "--metrics compares renderings with frames"),
+        (["--video", "a.avi"], "a.avi: a video must be a .mp4 file"),
+        (["--video", "a.mp4", "--metrics", "psnr"], "--metrics scores renderings of frames"),
     ],
 )
 def test_what_does_not_fit_is_refused(given, said, made, capsys):

@@ -73,7 +73,7 @@ def test_no_pick_is_blind_to_the_object(capture, tmp_path, capsys):
     asked = [*box, "--max-error", 1, "--targets", path]
     assert select(capture, "-k", 12, *asked, "-o", out) == 0
     assert {entry["index"] % 2 for entry in record_of(out)["frames"]} == {1}
-    assert {entry["reason"] for entry in record_of(out)["left"]} == {"sees nothing of the object"}
+    assert {entry["reason"] for entry in record_of(out)["left"]} == {"does not show the object"}
     assert select(capture, "-k", 13, *asked, "-o", tmp_path / "more") == 1
     assert "1 to 12" in (said := capsys.readouterr().err)
     assert "12 not seeing the object" in said

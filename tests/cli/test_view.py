@@ -76,9 +76,9 @@ def test_many_photos_are_smaller(made, monkeypatch):
     [
         (["gone"], "gone: is not there"),
         (["ring", "ring"], "a second capture"),
-        (["model.ply", "-o", "page.txt"], "page.txt: a page is written as .html"),
-        (["broken"], "selection.json: is no record of fsel select"),
-        (["empty.ply"], "empty.ply: holds no Gaussians"),
+        (["model.ply", "-o", "page.txt"], "page.txt: a page must be an .html file"),
+        (["broken"], "selection.json: is not a record of fsel select"),
+        (["empty.ply"], "empty.ply: contains no Gaussians"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys):

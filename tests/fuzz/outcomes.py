@@ -13,7 +13,7 @@ LONGEST = 20  # seconds
 MEMORY = 500_000_000  # bytes that a command may take, beside what the process held
 # of commands alone, whose business goes beyond reading
 OWN = (
-    "no counterpart in transforms.json", "leave nothing to select", "allowed: 1 to",
+    "no counterpart in transforms.json", "too few to select from", "allowed: 1 to",
     "frames are targets; at least two must remain", "not in the capture, the first",
     "bytes cannot be decoded",  # of an image that the others do not look at
 )  # fmt: skip

@@ -140,21 +140,21 @@ def test_differences_are_paired_by_frame():
     assert entry["psnr"] == 2
     assert [entry["ci_low"], entry["ci_high"]] == pytest.approx([2 - half, 2 + half], abs=1e-4)
     assert (entry["k"], entry["method"], entry["than"], entry["n"]) == (0, "a", "b", 3)
-    said = "In 1 comparison a is 2.00 dB ahead, within chance (95 % intervals over 3"
+    said = "In 1 comparison, a is 2.00 dB ahead, not significantly (95 % intervals over 3"
     assert verdict(compared) == f"{said} held-out frames)."
 
 
 def test_one_sentence_counts_what_is_beyond_chance():
     ahead, behind = ((11, 21, 31.1), (10, 20, 30)), ((9, 19, 28.9), (10, 20, 30))
     said = verdict(of_two(ahead, behind, ahead, ((10, 20, 31), (10, 20, 30))))
-    assert said.startswith("In 4 comparisons a is ahead beyond chance in 2 and behind in 1 (95")
+    assert said.startswith("In 4 comparisons, a is significantly ahead in 2 and behind in 1 (95")
 
 
 def test_of_two_frames_there_is_no_interval():
     compared = of_two(((11, 21), (10, 20)))
     (entry,) = differences(compared)
     assert (entry["psnr"], entry["ci_low"], entry["ci_high"], entry["n"]) == (1, None, None, 2)
-    said = "a is ahead in 1 of 1 comparison, over 2 held-out frames: too few to tell from chance."
+    said = "a is ahead in 1 of 1 comparison, over 2 held-out frames: too few for an interval."
     assert verdict(compared) == said
 
 
@@ -166,7 +166,7 @@ def test_blurred_frames_are_told_apart():
     assert (entry["psnr"], entry["n"]) == (pytest.approx(-0.25), 4)
     assert (entry["sharp"]["psnr"], entry["sharp"]["n"]) == (3, 3)
     assert entry["sharp"]["ci_high"] == pytest.approx(3 + 4.302653 / np.sqrt(3), abs=1e-4)
-    end = "over the 3 that are not blurred, 3.00 dB ahead, beyond chance."
+    end = "over the 3 sharp ones, 3.00 dB ahead, significantly."
     assert verdict(compared).endswith(end)
 
 
@@ -184,4 +184,4 @@ def test_every_frame_is_one_row_and_the_last():
     compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, used, (), [], {}, SHARP)
     assert compared.rows == {(4, "a"): [4], (5, "a"): [5], (70, "all"): [4, 5]}
     alone = Compared("c", "", ("x",), ("psnr",), {(4, "a"): scores(1)}, {}, (), [], {}, SHARP[:1])
-    assert verdict(alone) == "a is compared with no other method."
+    assert verdict(alone) == "a has no other method to compare with."

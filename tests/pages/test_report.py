@@ -179,7 +179,7 @@ def test_the_command_of_the_page_does_as_it_says(out, tmp_path):
     assert content["frames"][0]["name"] == "frame_002.jpg"
     assert len(content["frames"]) == 7
     reasons = {entry["name"]: entry["reason"] for entry in content["left"]}
-    assert reasons["frame_003.jpg"] == "is never to be selected"
+    assert reasons["frame_003.jpg"] == "excluded by never (--never)"
     again = looked_at(
         out / "report.html", 1280, "document.querySelectorAll('.keep, .drop').length", tmp_path
     )

@@ -91,7 +91,7 @@ def test_a_reconstruction_and_a_json_are_selected_from_without_images(
     assert fsel.select(model, 6).names == fsel.select(content, 6).names == names
     held_out = fsel.select(model, 6, EVERY)
     assert held_out.names == fsel.select(ring, 6, EVERY, sharpness=np.zeros(24)).names
-    with pytest.raises(ValueError, match="poses and no images"):
+    with pytest.raises(ValueError, match="poses but no images"):
         fsel.select(model, 6, method="sharpest")
     with pytest.raises(ValueError, match="not read from image files"):
         held_out.export(tmp_path / "out")

@@ -48,7 +48,7 @@ def test_masks_say_where_the_object_is(ending, wrong, circle, tmp_path):
     [
         (0, "the object is in 0 masks"),
         (32, "the object is in 0 masks"),  # a tint, as of JPEG
-        (np.arange(64) * 4, r"frame_0002\.png: is in colour and no mask"),
+        (np.arange(64) * 4, r"frame_0002\.png: is a colour image, not a mask"),
     ],
 )
 def test_masks_that_show_nothing_are_refused(blue, said, circle, tmp_path):
@@ -68,7 +68,7 @@ def test_a_box_has_a_centre_and_corners():
         *((x, y, z) for x in (0, 2) for y in (0, 4) for z in (0, 6)),
     }
     for wrong in ([1, 2, 3], [1, 1, 1, 1, 1, 1], [0, 0, 0, 1, 1, np.nan], [0, 0, 0, 1, -1, 1]):
-        with pytest.raises(ValueError, match=r"box is .*; allowed: x y z of its least corner"):
+        with pytest.raises(ValueError, match=r"box is .*; allowed: x y z of its minimum corner"):
             focus.from_box(np.array(wrong, float))
 
 

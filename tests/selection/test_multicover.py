@@ -112,16 +112,16 @@ def test_covers_that_cannot_be_are_refused(ring):
     for asked, said in (
         ({"k": few - 1, "cover": 3}, f"k is {few - 1}, and a cover of 3 takes {few} frames"),
         ({"k": 6, "cover": 1, "cover_share": 1.5}, "share of a cover is 1.5; allowed: above 0"),
-        ({"k": 6, "cover_share": 0.5}, "0.5 of the points are to be seen, and no cover is stated"),
-        ({"k": None}, "neither a number of frames nor a cover is stated"),
+        ({"k": 6, "cover_share": 0.5}, "cover_share is 0.5, but no cover is given"),
+        ({"k": None}, "neither k nor cover is given"),
         ({"k": 6, "cover": -1}, "cover is -1; allowed: 1 or more"),
         ({"k": 6, "cover": 25}, "cover is 25, and no point of .* is seen by so many of 24"),
-        ({"k": "auto", "cover": 1}, "not go with a number of frames that is to be found"),
+        ({"k": "auto", "cover": 1}, "combined with an automatic number of frames"),
         ({"k": 6, "cover": 1, "method": "uniform"}, "uniform, which does not score frames"),
-        ({"k": 6, "cover": 1, "always": [0]}, "frames that are always to be selected"),
+        ({"k": 6, "cover": 1, "always": [0]}, "frames to select always"),
         ({"k": 6, "cover": 1, "patience": 3}, "patience is 3 s, and a cover of the points"),
     ):
         with pytest.raises(ValueError, match=said):
             fsel.select(capture, **asked)
-    with pytest.raises(ValueError, match="has no sparse points with the frames that see them"):
+    with pytest.raises(ValueError, match="has no sparse points with observations"):
         fsel.select(replace(capture, points=None), None, cover=2)

@@ -53,7 +53,7 @@ def test_frames_are_held_out_by_name_and_by_number(circle):
         (list(range(23)), "at least two must remain"),
         ("spiral", "allowed: every:N, orbit"),
         ("every:x", "allowed: every:N"),
-        ("every:2.5", "targets are 'every:2.5'; allowed: every:N.* a whole number from 2"),
+        ("every:2.5", "targets are 'every:2.5'; allowed: every:N.* N is 2 or more"),
     ],
 )
 def test_requests_without_sense_are_refused(request_, said, circle):

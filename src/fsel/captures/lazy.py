@@ -36,7 +36,7 @@ class NoImages:
 
     def __getitem__(self, rows: object) -> np.ndarray:
         raise ValueError(
-            "the capture has poses and no images, which this asks for. Hint: give its folder, or "
+            "the capture has poses but no images, which are needed here. Hint: give its folder, or "
             "run where its images are"
         )
 

@@ -39,7 +39,7 @@ CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
-KEPT = "what was found so far is kept, and the same command goes on from there"
+KEPT = "progress is saved; run the same command again to resume"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
 
 
@@ -74,7 +74,9 @@ def opened(
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
     if opening.features and not sought:
-        raise ValueError(f"{first}: has poses, and --features is for COLMAP's to be found")
+        raise ValueError(
+            f"{first}: already has poses; --features is for captures whose poses COLMAP estimates"
+        )
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
@@ -197,14 +199,14 @@ def _check_number(opening: Opening, found: dict) -> None:
     wanted, placed = opening.wanted, len(found["placed"])
     if wanted < placed:
         return
-    hint = "more photos" if not found["video"] else "a longer video, or one of a slower walk"
+    hint = "add photos" if not found["video"] else "record a longer video, or walk more slowly"
     ends = {Path(shot["name"]).parent: shot for shot in found["video"]}.values()
     if found["frames"] < sum(shot["index"] for shot in ends):
         lasts = max(1, sum(shot["seconds"] for shot in ends) - opening.start)
         rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
-        hint = f"--rate {rate} takes more of the video"
+        hint = f"--rate {rate} samples more frames"
     raise ValueError(
-        f"{opening.paths[0]}: k is {wanted}, and {found['by']} placed {placed} of "
+        f"{opening.paths[0]}: k is {wanted}, but {found['by']} placed {placed} of "
         f"{found['frames']} frames; allowed: up to {placed - 1}. Hint: {hint}"
     )
 
@@ -230,7 +232,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     """Return the videos and folders of photos of one scene, and how the videos are thinned."""
     paths = opening.paths
     if len({path.resolve() for path in paths}) < len(paths):
-        raise ValueError(f"{paths[0]}: a video or folder is given twice")
+        raise ValueError(f"{paths[0]}: the same video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     photos = [() if video.is_video(path) else _photos(path, opening, reporter) for path in paths]
     sources = [Source(*one) for one in zip(paths, names, photos, strict=True)]
@@ -260,7 +262,7 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
         hint = f". Hint: {image_files.HEIC_HINT}" if any(map(image_files.is_heic, there)) else ""
         hint += bare.RAW_HINT if any(file.suffix.lower() in bare.RAW for file in there) else ""
         reporter.warn(
-            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
+            f"{counted(len(other), 'photo')} skipped; convert to JPEG or PNG to use them: "
             f"{', '.join(other[:SHOWN])}{hint}"
         )
     least = 1 if len(opening.paths) > 1 else MIN_PLACED

@@ -29,7 +29,7 @@ def read_text(path: Path) -> str:
     except FileNotFoundError as error:
         raise ValueError(f"{path}: no such file") from error
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: is no text file") from error
+        raise ValueError(f"{path}: is not a text file") from error
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as text ({error})") from error
 
@@ -96,7 +96,7 @@ def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
     length = math.hypot(*quaternion)
     if not LEAST_TURN < length < 1 / LEAST_TURN:
         raise ValueError(
-            f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
+            f"{path}: {what} has a quaternion of length {length:.3g}, which is not a rotation; "
             "allowed: 1"
         )
 
@@ -105,7 +105,7 @@ def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
     """Return a JSON value as a (3, 4) transform that can be undone, naming file and field."""
     matrix = numbers(stored, (3, 4), path, what)
     if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
-        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
+        raise ValueError(f"{path}: {what} cannot be inverted: {repr(stored)[:200]}")
     return matrix
 
 
@@ -121,5 +121,7 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
         raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
     if not str(relative).isprintable():
-        raise ValueError(f"{source}: file_path {str(relative)!r} has a line break, or the like")
+        raise ValueError(
+            f"{source}: file_path {str(relative)!r} has a line break or control character"
+        )
     return path

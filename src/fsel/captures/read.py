@@ -120,7 +120,7 @@ def read_folder(
         raw = sfm.reconstruct(raw, work)
     elif poses == "file":
         if not model:
-            raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")
+            raise ValueError(f"{folder}: poses come from a file, but `model` names no folder")
         raw = sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
     raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
@@ -137,7 +137,7 @@ def read_folder(
 
 def _layout_of(folder: Path, layout: str) -> Layout:
     if folder.is_file():
-        what = f"is a file; a capture is a folder with images and poses{bare.explained(folder)}"
+        what = f"is a file, not a folder with images and poses{bare.explained(folder)}"
         raise ValueError(f"{folder}: {what}")
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
@@ -218,7 +218,7 @@ def validated(
         raise ValueError(
             f"{source}: {agreement}; allowed is a median of "
             f"{max_error * agreement.long_side:.1f}. Likely cause: {agreement.cause}. Hint: "
-            "`max_error` (--max-error) is the bound"
+            "`max_error` (--max-error) sets the limit"
         )
     return raw, agreement
 

@@ -126,13 +126,13 @@ def _moving(
         (images / shot.name).unlink()
     if len(shots) < video.FEWEST:
         raise ValueError(
-            f"{source.path}: gives {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
-            "needed. Hint: --video-frames or --rate take more of it"
+            f"{source.path}: yields {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
+            "needed. Hint: --video-frames or --rate sample more frames"
         )
     if len(moving) < video.FEWEST:
         raise ValueError(
-            f"{source.path}: {len(shots) - len(moving)} of {len(shots)} frames show the same as "
-            f"the one before them: {STANDS}"
+            f"{source.path}: {len(shots) - len(moving)} of {len(shots)} frames repeat the "
+            f"previous one: {STANDS}"
         )
     return moving
 

@@ -72,9 +72,9 @@ def _in_words(error: Exception, args: Namespace) -> str:
             named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
-        return f"{read}: takes more memory than there is"
+        return f"{read}: does not fit in memory"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
-        return f"{read}: its cameras' poses leave the computation no answer ({error})"
+        return f"{read}: the cameras' poses are degenerate ({error})"
     return " ".join(str(error).split("\n"))
 
 

@@ -36,14 +36,14 @@ QUALITY = 92  # of the page's JPEGs
 SEEN = 3  # picks that serve a sparse point
 SERVED = ("served", "served_by_every_nth")  # keys of compare.json
 NOTE = (
-    f"served: of the sparse points that {SEEN} frames or more see, those that {SEEN} picks or more "
-    "see; n-th: as many frames evenly spaced."
+    f"served: share of the sparse points (seen by {SEEN} frames or more) that {SEEN} picks or more "
+    "see; n-th: the same under uniform sampling."
 )
-STARRED = "*: beyond chance, by the paired 95 % interval over held-out frames."
+STARRED = "*: significant by the paired 95 % interval over held-out frames."
 COARSE = "splats"  # whose order others need not confirm
 ORDER = (
-    " On ten captures it and trained Gaussians agreed in 32 of 48 cases on which of two selections "
-    "is better. Hint: --reconstructor gaussians asks them."
+    " On ten captures it agreed with trained Gaussians on the better of two selections in 32 of 48 "
+    "cases. Hint: use --reconstructor gaussians."
 )
 Picks = dict[Cell, list[np.ndarray]]
 
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
             seen = counted(len(held_out), "held-out frame")
-            console.say("object", f"in {seen}, compared inside of it alone")
+            console.say("object", f"in {seen}, compared only inside it")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         problem, picks, blurred = _selected(args, console, opened, capture, methods, targets, focus)
         drawn = evenly(len(held_out), max(FEWEST, PICTURES // len(picks)))
@@ -101,8 +101,8 @@ def _checked(
             targets = checked_request(request).targets
     if not len(targets.frames):
         raise ValueError(
-            f"targets are {args.targets!r}: there is no truth to compare with; allowed: every:N, "
-            "or a .txt list of frame names"
+            f"targets are {args.targets!r}: no photos of these views exist; allowed: every:N, or "
+            "a .txt list of frame names"
         )
     return targets
 
@@ -175,7 +175,7 @@ def _compared(
     width, height = capture.size
     return Compared(
         source=capture.source,
-        how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels."
+        how=f"Reconstructed by {args.reconstructor} and scored at {width}x{height} pixels."
         + (ORDER if args.reconstructor == COARSE else ""),
         names=tuple(capture.names[i] for i in evaluator.frames),
         metrics=tuple(evaluator.metrics),

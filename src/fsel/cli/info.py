@@ -1,4 +1,4 @@
-"""`fsel info`: what a capture holds, and how many of its frames are worth keeping."""
+"""`fsel info`: describe a capture, its bad frames, and how many frames to keep."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ def run(args: argparse.Namespace, console: Console) -> None:
         console.say("left out", reasons(opened.left_out))
     if result["unregistered"]:
         few = ", ".join(result["unregistered"][:5])
-        console.say("no pose", f"{counted(len(result['unregistered']), 'more image')} there: {few}")
+        console.say("no pose", f"{counted(len(result['unregistered']), 'more image')}: {few}")
     console.say("points", str(result["points"]) if result["points"] else "none")
     console.say(
         "poses",
-        f"extent {result['extent']:.4g}, step {result['step']:.4g}, looking "
-        f"{result['distance']:.4g} far (medians, world units)",
+        f"extent {result['extent']:.4g}, step {result['step']:.4g}, viewing distance "
+        f"{result['distance']:.4g} (medians, world units)",
     )
     low, high = (" ".join(f"{x:.4g}" for x in end) for end in result["bounds"])
-    what = "98 % of the points" if result["points"] else "what they look at"
+    what = "98 % of the points" if result["points"] else "their viewing points"
     console.say("bounds", f"{low} to {high} (of cameras and {what}; see --box)")
     if result["looked_at"]:
         place = " ".join(f"{x:.4g}" for x in result["looked_at"])
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     for line in bad_frames.in_words(health, capture.names):
         console.say(*line)
     if not health.findings:
-        console.say("bad", "none of the frames")
+        console.say("bad", "no frames")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
     console.give(result | {"agreement": str(opened.agreement)})
 
@@ -97,7 +97,7 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
 def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
     """Return the names of the frames that `fsel select -k auto` keeps, and why so many."""
     if len(capture) < LEAST_FRAMES:
-        return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
+        return list(capture.names), f"all {len(capture)} frames: too few to select from"
     bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
     chosen = select(capture, AUTO, never=bad, keep_bad=True)
     budget = chosen.budget

@@ -62,7 +62,7 @@ def record_of(folder: Path) -> dict:
         record["capture"]["opened"], record["capture"]["beside"], record["settings"]["k"]
         record["capture"]["folder"], record["frames"], record["left"], record["targets"]["held_out"]
     except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{file}: is no record of fsel select ({error})") from error
+        raise ValueError(f"{file}: is not a record of fsel select ({error})") from error
     return record
 
 

@@ -58,7 +58,7 @@ def words(text: str) -> list[str]:
     """Read words between commas, each once, without the spaces around them."""
     names = list(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
     if not names:
-        raise argparse.ArgumentTypeError(f"{text!r} names nothing; allowed: words between commas")
+        raise argparse.ArgumentTypeError(f"{text!r} is empty; allowed: names separated by commas")
     return names
 
 
@@ -74,7 +74,9 @@ def size_in_bytes(text: str) -> int:
     """Read 8GB, 500M (powers of 1000), 8GiB, 500MiB (powers of 1024), or plain bytes."""
     parts = SIZE.fullmatch(text.strip())
     if parts is None or (parts[3] and not parts[2]) or not float(parts[1]) > 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; allowed: as 8GB, 500M, 8GiB")
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a size; allowed: such as 8GB, 500M, 8GiB"
+        )
     return int(float(parts[1]) * (1024 if parts[3] else 1000) ** POWERS[parts[2].lower()])
 
 
@@ -89,7 +91,7 @@ def duration(text: str) -> float:
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
     """Add a command with the options that all share."""
     command = commands.add_parser(name, help=text, description=text)
-    command.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    command.add_argument("--quiet", action="store_true", help="print only errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(command=name)
     return command
@@ -105,7 +107,7 @@ def capture_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 
 def add_captures(command: argparse.ArgumentParser) -> None:
     """Add what is read: a capture, or several parts whose poses are found together."""
-    command.add_argument("capture", type=Path, help="folder of the capture, of photos, or a video")
+    command.add_argument("capture", type=Path, help="folder of a capture or of photos, or a video")
     text = "more videos and folders of photos of the same scene"
     command.add_argument("beside", type=Path, nargs="*", help=text)
 
@@ -122,21 +124,21 @@ def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> N
         command.add_argument("--no-poses", dest="poses", **const, help=argparse.SUPPRESS)
     add_features(command)
     add_video(command, not unposed)
-    text = "how the folder is laid out; recognised by default"
+    text = "layout of the folder (default: recognised)"
     command.add_argument("--layout", default=OPENING["layout"], help=text)
     command.add_argument(
         "--max-error",
         type=positive,
         metavar="SHARE",
         default=OPENING["max_error"],
-        help="greatest median disagreement of poses and images, as a share of the images' longer "
-        f"side, {MAX_ERROR} by default",
+        help="largest median disagreement of poses and images allowed, as a share of the images' "
+        f"longer side (default: {MAX_ERROR})",
     )
     add_skipping(command)
 
 
 def add_features(command: argparse._ActionsContainer) -> None:
-    text = "what COLMAP matches: SIFT by default; networks' are for what it does not place"
+    text = "features that COLMAP matches (default: sift); the networks may place more frames"
     command.add_argument("--features", choices=("sift", "xfeat", "aliked"), help=text)
 
 
@@ -144,11 +146,11 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
     """Add options of how a video is thinned."""
     thinned = command.add_mutually_exclusive_group()
     if most_frames:
-        text = "of a video: the sharpest frame of each of N equal stretches"
+        text = "video: take the sharpest frame of each of N equal intervals"
         thinned.add_argument("--video-frames", type=whole(3, 100_000), metavar="N", help=text)
     text = (
-        "of a video: frames a second that are taken; 4 by default, and 100 to 300 in all "
-        "(three for each frame to pick, where that is more)"
+        "video: frames to sample per second (default: 4, and 100 to 300 in all, or three per "
+        "frame to pick if that is more)"
     )
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
     text = "of a video: begin at this time, as 83 or 1:23; --end TIME ends there"
@@ -158,13 +160,13 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
 
 
 def add_skipping(command: argparse._ActionsContainer) -> None:
-    text = "leave out frames whose image is missing or unreadable, and say which"
+    text = "skip and report frames whose image is missing or unreadable"
     command.add_argument("--skip-unreadable", action="store_true", help=text)
 
 
 def add_output(command: argparse.ArgumentParser, text: str):
     """Add an output, and return the group for what may stand in its place."""
-    command.add_argument("--force", action="store_true", help="replace what is there")
+    command.add_argument("--force", action="store_true", help="replace an existing output")
     place = command.add_mutually_exclusive_group(required=True)
     place.add_argument("-o", "--out", type=Path, help=text)
     return place
@@ -172,16 +174,16 @@ def add_output(command: argparse.ArgumentParser, text: str):
 
 def add_checking(command: argparse.ArgumentParser) -> None:
     text = (
-        "match every frame with two beside it, to find misplaced ones of a capture without "
-        "points; some tenths of a second a frame"
+        "match every frame with two neighbours, to find misplaced frames without sparse points; "
+        "takes some tenths of a second per frame"
     )
     command.add_argument("--check-poses", action="store_true", help=text)
 
 
 def add_keeping(command: argparse._ActionsContainer) -> None:
     text = (
-        "do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
-        "them be picked"
+        "skip the search for bad frames (blurred, misplaced, badly exposed, covered) and allow "
+        "them as picks"
     )
     command.add_argument("--keep-bad", action="store_true", help=text)
 
@@ -189,14 +191,14 @@ def add_keeping(command: argparse._ActionsContainer) -> None:
 def add_object(command: argparse._ActionsContainer, what: str) -> None:
     """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
-    text = f"folder of object masks, named like the frames: {what}"
+    text = f"folder of object masks named like the frames: {what}"
     thing.add_argument("--masks", type=Path, metavar="DIR", help=text)
     corners = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
-    text = "the same for a box in world units"
+    text = "the same with a box in world units"
     thing.add_argument("--box", type=float, nargs=6, metavar=corners, help=text)
 
 
 def add_size(command: argparse.ArgumentParser, default: int | None, usual: str = "") -> None:
     """Add the images' size; `usual` says the default that depends on other options."""
-    text = f"longer side in pixels of the images, {usual or default} by default"
+    text = f"longer side of the images in pixels (default: {usual or default})"
     command.add_argument("--long-side", type=whole(1, LARGEST), default=default, help=text)

@@ -22,7 +22,7 @@ from fsel.selection.frames import is_stated, named_in
 ENDING = ".ply"
 FINE, DRAFT = "gaussians", "draft"  # the reconstructor of --quality, and its usual value
 LONG_SIDE = 96
-KEPT = "interrupted: the model so far is written; again to give up"
+KEPT = "interrupted: writing the current model; press Ctrl-C again to discard it"
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         if args.frames is not None:
             frames = named_in(args.frames, opened.capture)
         if len(frames) < 2:
-            raise ValueError(f"{args.frames}: names one frame; two or more are needed")
+            raise ValueError(f"{args.frames}: names one frame; at least two are needed")
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
         if quality is not None:
@@ -69,11 +69,11 @@ def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
     checked(args, **settings)
     if args.reconstructor not in WRITE_PLY:
         raise ValueError(
-            f"reconstructor {args.reconstructor!r} has no .ply to write; allowed: "
+            f"reconstructor {args.reconstructor!r} cannot write a .ply; allowed: "
             f"{', '.join(WRITE_PLY)}"
         )
     if args.out.suffix.lower() != ENDING:
-        raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
+        raise ValueError(f"{args.out}: a model must be a {ENDING} file. Hint: -o NAME{ENDING}")
 
 
 def _quality_of(args: argparse.Namespace) -> Quality | None:
@@ -86,7 +86,7 @@ def _quality_of(args: argparse.Namespace) -> Quality | None:
             stated["--reconstructor"] = args.reconstructor
         for option, value in stated.items():
             if value is not None:
-                raise ValueError(f"{option} is {value}, which --quality {args.quality} says itself")
+                raise ValueError(f"{option} is {value}, but --quality {args.quality} sets it")
     args.reconstructor = args.reconstructor or ("splats" if quality is None else FINE)
     args.long_side = args.long_side or (LONG_SIDE if quality is None else quality.long_side)
     return quality

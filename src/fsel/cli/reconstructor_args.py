@@ -26,7 +26,7 @@ def checked(args: argparse.Namespace, **settings: int) -> dict[str, int]:
     if args.steps is not None:
         if args.reconstructor not in STEPPED:
             raise ValueError(
-                f"--steps is {args.steps}, and {args.reconstructor} takes none; allowed with: "
+                f"--steps is {args.steps}, but {args.reconstructor} takes no steps; allowed with: "
                 f"{', '.join(STEPPED)}"
             )
         settings["steps"] = args.steps

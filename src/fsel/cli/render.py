@@ -103,9 +103,9 @@ def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
 def render_video(args: argparse.Namespace, console: Console, record: dict) -> None:
     """Write a flight through a model of a capture, or of a selection's, see `of_selection`."""
     if args.video.suffix.lower() != ENDING:
-        raise ValueError(f"{args.video}: a video is written as {ENDING}. Hint: NAME{ENDING}")
+        raise ValueError(f"{args.video}: a video must be a {ENDING} file. Hint: NAME{ENDING}")
     if args.metrics:
-        raise ValueError("--metrics compares renderings with frames; allowed with: -o")
+        raise ValueError("--metrics scores renderings of frames; allowed only with -o")
     with staged(args.video, [*inputs_of(args), args.model], args.force, folder=False) as stage:
         model = GaussianModel.read_ply(args.model)
         capture = as_written(open_capture.opened(args, console).capture, record)

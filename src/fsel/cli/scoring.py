@@ -20,10 +20,12 @@ def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
     """
     named = tuple(args.metrics or METRICS)
     if "psnr" not in named:
-        raise ValueError(f"--metrics are {','.join(named)}; psnr, which tables rank by, is one")
+        raise ValueError(
+            f"--metrics are {','.join(named)}; psnr must be among them, since tables rank by it"
+        )
     if "lpips" in named and published.found(NET) is None:
         weights = cache() / published.file_of(NET)
-        console.say("lpips", f"fetching the weights of {NET}, once, to {weights}")
+        console.say("lpips", f"downloading the weights of {NET} once, to {weights}")
         published.fetch(NET, weights)
     return checked(named)
 

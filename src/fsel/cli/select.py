@@ -36,7 +36,7 @@ from fsel.selection.select import select_frames
 from fsel.selection.targets import ALL
 from fsel.selection.validation import TimeBudget
 
-TRIED = "interrupted: what was tried so far decides; again to give up"
+TRIED = "interrupted: keeping the best selection so far; press Ctrl-C again to quit"
 LISTS = {"--always": 1, "--never": 1, "--force": 0}
 WITH_VALUE = ("-k", "--cover", "--cover-share", "--method", "--vram", "--trainer", "--patience")
 AGAINST = dict.fromkeys(WITH_VALUE, 1)
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     started = time.perf_counter()
     if (args.vram is None) != (args.trainer is None) or (args.vram and args.k != AUTO):
         raise ValueError(
-            "--vram and --trainer go together, with -k auto, as --vram 8GB --trainer gsplat"
+            "--vram and --trainer need each other and -k auto. Hint: --vram 8GB --trainer gsplat"
         )
     asked = _request(args)
     vet(asked)  # before poses are sought
@@ -178,17 +178,17 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
     console.say("capture", f"{frames} of {camera.width}x{camera.height}, {source.layout}")
     if gone := source.left_out:
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
-    what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
+    what = f"{targets.kind}, {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
-        beside = "" if checked.focus else " and as many beside them"
-        what += f"{beside} (--targets says otherwise)"
+        beside = "" if checked.focus else " and as many off the path"
+        what += f"{beside} (--targets changes this)"
     console.say("targets", what)
     if far := targets.far.sum():
-        console.warn(f"{far} of {len(targets.views)} target views lie far from every camera")
+        console.warn(f"{far} of {len(targets.views)} target views are far from every camera")
 
 
 def _say_outcome(console: Console, outcome: Outcome) -> None:
-    """Say why so many frames, what was tried, and how close the picks are to the views."""
+    """Print the number of frames, the validation scores, and the service of the picks."""
     selection = outcome.selection
     if selection.budget is not None:
         console.say("k", record.reason(selection.budget))

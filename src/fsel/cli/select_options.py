@@ -35,74 +35,79 @@ def add_select(commands) -> None:
     command = bare_command(commands, "select", text)
     add_captures(command)
     add_output(command, "folder to write")
-    _add_number(command.add_argument_group("how many frames"))
-    views = command.add_argument_group("for which views")
+    _add_number(command.add_argument_group("number of frames"))
+    views = command.add_argument_group("views")
     text = (
-        "the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
-        "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
-        "anything that the capture saw"
+        "views to render: path.json (a camera path), names.txt (frames to hold out, one per "
+        "line), every:N (hold out every N-th frame), orbit, or trajectory (default: anything "
+        "that the capture shows)"
     )
     views.add_argument("--targets", metavar="WHAT", help=text)
-    add_object(views, "targets that see the object, and features measured around it")
-    _add_method(command.add_argument_group("what picks"))
-    add_opening(command.add_argument_group("how the capture is opened"), unposed=True)
-    _add_form(command.add_argument_group("how the frames are written"))
+    add_object(views, "use targets that show the object, and measure features around it")
+    _add_method(command.add_argument_group("selection method"))
+    add_opening(command.add_argument_group("input"), unposed=True)
+    _add_form(command.add_argument_group("output"))
     command.set_defaults(video_frames=None)
 
 
 def _add_number(group: argparse._ArgumentGroup) -> None:
-    text = "how many frames, or auto: until more are predicted to gain too little"
+    text = "number of frames, or auto to choose it automatically"
     group.add_argument("-k", type=number_or_auto, help=text)
-    text = "of -k auto: memory of the GPU that --trainer runs on, as 8GB"
+    text = "with -k auto: memory of the GPU that --trainer runs on, such as 8GB"
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument(
         "--trainer",
         choices=("gsplat", "splatfacto", "nerfacto", "long-lrm"),  # of `budget.TRAINERS`
-        help="what takes --vram; see docs/reconstructors.md",
+        help="program that trains within --vram; see docs/reconstructors.md",
     )
     text = (
-        "as few frames as needed so that every sparse point that so many frames see is seen "
-        "so often, from different directions; with -k, the rest of it is picked as usual"
+        "pick the fewest frames that see every sparse point this many times, from different "
+        "directions; with -k, the remaining frames are picked as usual"
     )
     group.add_argument("--cover", type=whole(1, MOST_TIMES), default=0, metavar="TIMES", help=text)
-    text = "of these points, as 0.9; all by default, which often take nearly all frames"
+    text = "share of the points to cover, such as 0.9 (default: 1, often nearly all frames)"
     group.add_argument("--cover-share", type=positive, default=1.0, metavar="SHARE", help=text)
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:
-    text = "fsel (by default), less_is_more, uniform, fvs, nearest, ..."
+    text = "fsel (default), less_is_more, uniform, fvs, nearest, ..."
     group.add_argument("--method", help=text)
-    text = "a scorer that the workflow made, .safetensors or .json; it says the method"
+    text = "scorer trained by the workflow, .safetensors or .json; it implies the method"
     group.add_argument("--weights", type=Path, metavar="FILE", help=text)
     text = (
-        "for how long selections are tried on this capture's own frames, as 10s (by default, "
-        "where nothing but -k is stated), or on the images of --targets that are frames, if it is "
-        "stated; 0 for the rule alone"
+        "time to validate candidate selections on the capture's own frames (default: 10s with "
+        "only -k), or on the images of --targets that are frames (only if given); 0 uses the "
+        "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
-    for name, text in (("always", "that are picked first"), ("never", "that are not picked")):
-        group.add_argument(f"--{name}", type=Path, metavar="NAMES", help=f"file of frames {text}")
+    for name, text in (("always", "to pick first"), ("never", "never to pick")):
+        group.add_argument(
+            f"--{name}",
+            type=Path,
+            metavar="NAMES",
+            help=f"file of frames {text}, one name per line",
+        )
     add_keeping(group)
     text = (
-        "do not look at images: nothing is tried on them, of bad frames only the misplaced "
-        "are left out, no pictures in the report, no points where the capture has none"
+        "do not read images: no validation, no pictures in the report, no points if the capture "
+        "has none, and of bad frames only misplaced ones are excluded"
     )
     group.add_argument("--geometry-only", action="store_true", help=text)
 
 
 def _add_form(group: argparse._ArgumentGroup) -> None:
-    text = "write images and cameras without distortion, as trainers without it need"
+    text = "undistort images and cameras, for trainers without distortion models"
     group.add_argument("--undistort", action="store_true", help=text)
     text = (
-        "auto: turn the world that is written until z points upwards, by the cameras' "
-        "horizontal axes; none (by default): the capture's own world"
+        "auto: rotate the exported world so that z points up, judged by the cameras' horizontal "
+        "axes; none (default): keep the capture's world"
     )
     group.add_argument("--up", choices=(TURNED, UNTURNED), default=UNTURNED, help=text)
     size = group.add_mutually_exclusive_group()
-    text = "reduce the images to this longer side"
+    text = "downscale the images to this longer side"
     size.add_argument("--long-side", type=whole(1, LARGEST), metavar="PIXELS", help=text)
     text = (
-        "hard-link the images, at the size they have, instead of copying them; those whose "
-        "EXIF asks for a turn are copied"
+        "hard-link the images at full size instead of copying them; images with an EXIF "
+        "rotation are copied"
     )
     size.add_argument("--link", action="store_true", help=text)

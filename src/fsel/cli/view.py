@@ -39,7 +39,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     sources = sources_of(args.source)
     if args.out is not None and args.out.suffix.lower() != ".html":
-        raise ValueError(f"{args.out}: a page is written as .html. Hint: -o NAME.html")
+        raise ValueError(f"{args.out}: a page must be an .html file. Hint: -o NAME.html")
     script()  # a viewer that cannot be made is refused before work
     if args.serve is not None:
         _serve(args, sources, console)
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         content, _ = _scene(args, sources, console)
         page = _page(sources, content)
         stage.write_text(page, encoding="utf-8")
-    console.say("written", f"{args.out}: {len(page) / 1e6:.1f} MB, for a browser")
+    console.say("written", f"{args.out}: {len(page) / 1e6:.1f} MB, opens in a browser")
     console.give({"page": str(args.out.resolve()), "cameras": len(content["cameras"])})
 
 
@@ -82,7 +82,7 @@ def _scene(
     if "model" in sources:
         cloud = ply.read(sources["model"])
         if not len(cloud.xyz):
-            raise ValueError(f"{sources['model']}: holds no Gaussians, so nothing would be seen")
+            raise ValueError(f"{sources['model']}: contains no Gaussians")
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if "capture" not in sources:
         return viewer.scene(None, [], cloud, url=url), cloud

@@ -19,13 +19,13 @@ from fsel.selection.request import ALL_FRAMES
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
 
 NOTE = (
-    "Intervals are Student's t over the held-out frames of this capture alone. Frames that "
-    "resemble each other make them too narrow, and they say nothing about other captures. "
-    "More PSNR and SSIM is better, and less GMSD or LPIPS."
+    "Intervals are Student's t over the held-out frames of this capture. They are too narrow if "
+    "frames resemble each other, and do not generalise to other captures. "
+    "Higher PSNR and SSIM are better, lower GMSD and LPIPS."
 )
 HINT = (
-    "Drag over a picture, or move the slider with the arrow keys: the held-out frame on the left, "
-    "the rendering on the right, in all pictures alike. Differences are grey, twice as bright."
+    "Drag over a picture, or move the slider with the arrow keys, to compare the held-out frame "
+    "(left) with the rendering (right) in all pictures. Differences are shown in grey, doubled."
 )
 
 Cell = tuple[int, str]  # k as it was requested, and the method
@@ -132,32 +132,32 @@ def _numbers(gap: Interval) -> dict:
 
 
 def verdict(compared: Compared) -> str:
-    """Say in a sentence how often the first method is ahead of others beyond chance, and behind."""
+    """Say in a sentence how often the first method is significantly ahead of others, or behind."""
     pairs, first = compared.pairs, compared.methods[0]
     if not pairs:
-        return f"{first} is compared with no other method."
+        return f"{first} has no other method to compare with."
     gaps = [compared.ahead(k, other) for k, other in pairs]
     count, frames = len(gaps), counted(gaps[0].n, "held-out frame")
     if gaps[0].n < LEAST:
         ahead = sum(gap.mean > 0 for gap in gaps)
-        few = f"over {frames}: too few to tell from chance"
+        few = f"over {frames}: too few for an interval"
         return f"{first} is ahead in {ahead} of {counted(count, 'comparison')}, {few}."
-    said = f"In {counted(count, 'comparison')} {first} is {_counts(gaps)}"
+    said = f"In {counted(count, 'comparison')}, {first} is {_counts(gaps)}"
     said += f" (95 % intervals over {frames})"
     sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
     kept = [gap for gap in sharp if gap is not None]
     if not kept:
         return f"{said}."
-    return f"{said}; over the {kept[0].n} that are not blurred, {_counts(kept)}."
+    return f"{said}; over the {kept[0].n} sharp ones, {_counts(kept)}."
 
 
 def _counts(gaps: Sequence[Interval]) -> str:
     if len(gaps) == 1:
         side = "ahead" if gaps[0].mean >= 0 else "behind"
-        where = "beyond" if gaps[0].excludes_zero else "within"
-        return f"{abs(gaps[0].mean):.2f} dB {side}, {where} chance"
+        where = "significantly" if gaps[0].excludes_zero else "not significantly"
+        return f"{abs(gaps[0].mean):.2f} dB {side}, {where}"
     ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
-    return f"ahead beyond chance in {ahead} and behind in {behind}"
+    return f"significantly ahead in {ahead} and behind in {behind}"
 
 
 def comparison(compared: Compared) -> str:

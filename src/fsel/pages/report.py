@@ -20,7 +20,7 @@ from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 
 CELL = 84  # pixels of a frame's place on the page, were it square
-NOTE = "A point is seen well by two picks, which tell its depth; the scene is what the picks see."
+NOTE = "A point is seen well by two picks, which fix its depth; the scene is what the picks see."
 
 REPORT = "report.html"
 KINDS = {"all": "all", "pick": "picks", "left": "left out", "held": "held out", "bad": "bad"}
@@ -33,11 +33,11 @@ FLYING = (
 )
 WISHES = (
     '<section id="wishes" hidden><h2>Keep and drop by hand</h2>'
-    "<p>Save the two lists beside the capture, then run the command in the folder that this one "
-    "was run in. Kept frames are picked first and count among the picks; the rule picks the rest."
+    "<p>Save the two lists beside the capture, then run the command in the same folder as this "
+    "one. Kept frames are picked first and count among the picks; the rule picks the rest."
     '</p><p><a class="button" id="keep-file"></a> <a class="button" id="drop-file"></a> '
     '<button id="keep-picks">Keep all picks</button> <button id="clear">Clear</button></p>'
-    '<p id="too-many" hidden><b>More frames are kept than were asked for: enlarge -k.</b></p>'
+    '<p id="too-many" hidden><b>More frames are kept than -k allows: increase -k.</b></p>'
     '<pre id="command"></pre></section>'
 )
 DETAIL = (
@@ -53,11 +53,11 @@ def page(shown: ReportContent) -> str:
     outcome, cards = shown.outcome, cards_of(shown)
     selection, source_name = outcome.selection, outcome.capture.source
     sentences = [
-        f"{source_name}. To be rendered: {outcome.targets.kind}, "
+        f"{source_name}. Views to render: {outcome.targets.kind}, "
         f"{counted(len(outcome.targets.views), 'view')}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
-    sentences += [] if selection.tried is None else [f"Tried {trials(selection.tried)}."]
+    sentences += [] if selection.tried is None else [f"Validated {trials(selection.tried)}."]
     sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
     sentences += shown.notes
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
@@ -90,7 +90,7 @@ def with_view(text: str, view: str) -> str:
 
 def _world(outcome: Outcome, viewing: str) -> list[str]:
     far = int(outcome.targets.far.sum())
-    note = f" {counted(far, 'target')} too far away to be drawn." if far else ""
+    note = f" {counted(far, 'target')} too far away to draw." if far else ""
     if len(outcome.capture) > SHOWN:
         note += f" {SHOWN:,} of {len(outcome.capture):,} frames, evenly spread, and the picks."
     known = len(outcome.targets.frames) > 0
@@ -185,10 +185,10 @@ def _charts(outcome: Outcome) -> list[str]:
     curve = outcome.service.curve
     line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
     whole = outcome.targets.kind == ALL
-    served = f"Service of the whole capture, at {len(outcome.served)} of its frames"
+    served = f"Service of the whole capture, measured at {len(outcome.served)} of its frames"
     chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
     return [
-        "<h2>How close the picks come to the views</h2>",
+        "<h2>How close the picks are to the views</h2>",
         f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
         f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
     ]

@@ -95,9 +95,9 @@ def cards_of(shown: ReportContent) -> list[Card]:
 def adds(entry: dict) -> str:
     """Say what a pick adds."""
     if entry["sees_new"] is None:
-        said = [f"brings the picks {entry['adds']:.1%} closer to the views"]
+        said = [f"adds {entry['adds']:.1%} of service"]
     else:
-        said = [f"sees {entry['sees_new']:.1%} of the scene that no earlier pick sees well"]
+        said = [f"shows {entry['sees_new']:.1%} of the scene that earlier picks do not see well"]
     if entry["sharpness_rank"] is not None:
         said.append(f"rank {entry['sharpness_rank']} in sharpness")
     return ", ".join(said)

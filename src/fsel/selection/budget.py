@@ -52,7 +52,7 @@ class Auto:
         if not 0 < self.threshold < np.inf:
             raise ValueError(
                 f"threshold is {self.threshold}; allowed: numbers above 0, in dB a frame. "
-                f"Hint: {THRESHOLD} is the default, larger values end sooner"
+                f"Hint: the default is {THRESHOLD}; larger values keep fewer frames"
             )
 
 
@@ -207,7 +207,7 @@ def within(memory: float, size: tuple[int, int], trainer: str = SPLATS) -> int:
         what = f"the splats of {LEAST} frames" if trainer == SPLATS else f"{trainer} of {LEAST}"
         raise ValueError(
             f"memory is {memory} bytes; allowed: {least:.0f} or more, which {what} of "
-            f"{size[0]}x{size[1]} may take, and fewer cannot be reconstructed. Hint: allow more"
+            f"{size[0]}x{size[1]} may take, the fewest that can be reconstructed. Hint: allow more"
             + (", or reconstruct from smaller images" if need.pixel else "")
         )
     return int((memory * need.share - need.fixed) // need.each(size))

@@ -117,8 +117,8 @@ def _tracks(problem: Problem, times: int) -> Tracks:
     points = problem.capture.points
     if points is None or not len(points.track_point):
         raise ValueError(
-            f"{problem.capture.source}: has no sparse points with the frames that see them, which "
-            "a cover is of. Hint: fsel poses, or --poses colmap"
+            f"{problem.capture.source}: has no sparse points with observations, which a "
+            "cover needs. Hint: fsel poses, or --poses colmap"
         )
     seen = tracks(problem, problem.observed)
     if not wanted(seen, times).any():

@@ -64,7 +64,7 @@ def from_box(values: np.ndarray) -> Focus:
     whole = ends.shape == (6,) and bool(np.isfinite(ends).all())
     if not whole or np.all(ends[:3] == ends[3:]) or np.any(ends[:3] > ends[3:]):
         raise ValueError(
-            f"box is {ends.tolist()}; allowed: x y z of its least corner, then of its greatest, "
+            f"box is {ends.tolist()}; allowed: x y z of its minimum corner, then of its maximum, "
             "finite and different"
         )
     corners = np.array(list(product(*ends.reshape(2, 3).T)))
@@ -120,7 +120,7 @@ def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
     if stored is None:
         raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
     masks = ((int(row), np.asarray(stored[row])) for row in frames)
-    hint = f"masks of {counted(len(frames), 'frame')} were looked at"
+    hint = f"the masks of {counted(len(frames), 'frame')} were read"
     return _seen_in(capture, masks, capture.source, hint)
 
 
@@ -136,7 +136,7 @@ def load_white(file: Path) -> np.ndarray:
     channels = cv2.split(image)
     spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
     if (spread > TINT).mean() > COLOURED:
-        raise ValueError(f"{file}: is in colour and no mask; allowed: white on black")
+        raise ValueError(f"{file}: is a colour image, not a mask; allowed: white on black")
     return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) >= WHITE
 
 

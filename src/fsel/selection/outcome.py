@@ -98,7 +98,7 @@ class Selection:
         source = of_capture(self.capture)
         if source is None:
             raise ValueError(
-                f"{self.capture!r}: was not read from image files, which an export is made of. "
+                f"{self.capture!r}: was not read from image files, which an export needs. "
                 "Hint: fsel.select(folder, ...)"
             )
         subset.check_cameras(source.raw, undistort=False)

@@ -44,8 +44,8 @@ def attention(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     ahead = np.einsum("ni,ni->n", point - centers, axes) > 0
     if ahead.mean() < 0.8:
         raise ValueError(
-            f"only {ahead.sum()} of {len(ahead)} cameras look towards a common point: this is no "
-            "orbit. Hint: use `trajectory`"
+            f"only {ahead.sum()} of {len(ahead)} cameras look towards a common point: this is not "
+            "an orbit. Hint: use `trajectory`"
         )
     return point
 

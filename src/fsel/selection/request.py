@@ -98,7 +98,7 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
         capture.images[0]  # refused
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
-            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
+            f"{capture.source}: too few to select from: {counted(len(capture), 'frame')}; "
             f"at least {LEAST_FRAMES} are needed"
         )
     focus = focus_of(request.focus, capture if opened is None else opened)
@@ -169,7 +169,7 @@ def _check_number(request: SelectionRequest, k: int | Auto | None, method: Metho
     auto = isinstance(k, Auto)
     if is_stated(request.always) and (auto or not isinstance(method, ScoringMethod)):
         raise ValueError(
-            "frames that are always to be selected go with a number of frames, and with a method "
+            "frames to select always (--always) need a number of frames and a method "
             f"that scores them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
             f"the method {method.name}"
         )
@@ -178,8 +178,8 @@ def _check_number(request: SelectionRequest, k: int | Auto | None, method: Metho
 
         nested = ", ".join(name for name, method in METHODS.items() if method.nested)
         raise ValueError(
-            f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
-            f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
+            f"method is {method.name!r}, whose selections are not nested, as k=auto needs; "
+            f"allowed: {nested}. Hint: give a number k"
         )
 
 
@@ -187,28 +187,28 @@ def _check_cover(request: SelectionRequest, k: int | Auto | None, method: Method
     """Refuse a cover that cannot be, or that something else would break."""
     cover, share = request.cover, request.cover_share
     if cover < 0:
-        raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
+        raise ValueError(f"cover is {cover}; allowed: 1 or more, the times to see each point")
     if not 0 < share <= 1:
         raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
     if not cover:
         if share < 1:
-            raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
+            raise ValueError(f"cover_share is {share:g}, but no cover is given. Hint: --cover 2")
         if k is None:
-            raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
+            raise ValueError("neither k nor cover is given. Hint: -k 30")
         return
     against = ""
     if is_stated(request.always):
-        against = "frames that are always to be selected"
+        against = "frames to select always"
     elif isinstance(k, Auto):
-        against = "a number of frames that is to be found"
+        against = "an automatic number of frames"
     elif not isinstance(method, ScoringMethod):
         against = f"the method {method.name}, which does not score frames"
     if against:
-        raise ValueError(f"cover is {cover}, which does not go with {against}")
+        raise ValueError(f"cover is {cover}, which cannot be combined with {against}")
 
 
 def _time_budget(checked: CheckedRequest) -> TimeBudget:
-    """Return how long selections are tried; refuse a time where there is nothing to try."""
+    """Return the time for validation; refuse one if there is nothing to validate."""
     request, stated = checked.request, checked.request.patience
     if stated is None:
         named = not (request.method is None and request.weights is None)
@@ -218,15 +218,13 @@ def _time_budget(checked: CheckedRequest) -> TimeBudget:
     if not patience.seconds:
         return patience
     if not request.pictured:
-        raise ValueError(
-            "--patience reconstructs from images, which --geometry-only leaves unopened"
-        )
+        raise ValueError("--patience reconstructs from images, which --geometry-only does not read")
     shown = len(checked.targets.frames) >= LEAST_TARGETS
     if beside := _stated_beside(checked, but_targets=shown):
         raise ValueError(
-            f"patience is {patience.seconds:g} s, and {beside}; selections are tried where nothing "
-            f"but a number of frames is stated, and targets that are {LEAST_TARGETS} frames or more"
-            ". Hint: leave one of the two out"
+            f"patience is {patience.seconds:g} s, but {beside}; selections are validated only with "
+            f"a number of frames alone, or with {LEAST_TARGETS} or more frames as targets. "
+            "Hint: drop one of the two"
         )
     return patience
 
@@ -237,11 +235,11 @@ def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str
     if checked.method.name != pretrained.DEFAULT:
         return f"the method is {checked.method.name}"
     if checked.focus is not None:
-        return "an object is stated"
+        return "an object is given"
     if targets.kind != ALL and not but_targets:
-        return f"the views to be rendered are stated ({targets.kind})"
+        return f"the views to render are given ({targets.kind})"
     if len(targets.always):
-        return "frames are stated that are always to be selected"
+        return "frames to select always are given"
     if checked.request.cover or checked.k is None:
-        return "a cover of the points is stated"
-    return "the number of frames is to be found" if isinstance(checked.k, Auto) else ""
+        return "a cover of the points is given"
+    return "the number of frames is automatic" if isinstance(checked.k, Auto) else ""

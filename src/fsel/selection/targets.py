@@ -134,7 +134,7 @@ def check_targets(request: Request) -> None:
         step = request.removeprefix(EVERY)
         every = step != request and step.isdecimal() and int(step) > 1
         if request not in (ORBIT, TRAJECTORY) and not every:
-            raise ValueError(f"targets are {request!r}; {allowed}, N being a whole number from 2")
+            raise ValueError(f"targets are {request!r}; {allowed}, where N is 2 or more")
     elif isinstance(request, str | Path):
         if not Path(request).is_file():
             raise FileNotFoundError(f"{request}: no such file of targets; {allowed}")
@@ -153,7 +153,7 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
             f"selected{why}"
         )
     if len(targets.always) > k:
-        raise ValueError(f"k is {k}, and {len(targets.always)} are to be selected always")
+        raise ValueError(f"k is {k}, but {len(targets.always)} frames must always be selected")
     if everything and k != most:
         raise ValueError(
             f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "

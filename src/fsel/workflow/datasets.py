@@ -117,7 +117,7 @@ class Datasets:
         present, total = self._present(dataset), sum(counts.values())
         if total > len(present):
             raise Refusal(
-                f"datasets.{dataset}.scenes asks for {total} scenes, {len(present)} are there",
+                f"datasets.{dataset}.scenes needs {total} scenes, but only {len(present)} exist",
                 "lower the numbers, or name the scenes",
             )
         start = sum(counts.get(earlier, 0) for earlier in COUNTED[: COUNTED.index(role)])

@@ -63,7 +63,7 @@ def test_copies_ask_for_no_turn(ending, value, tmp_path):
 
 def test_a_tiff_that_asks_for_a_turn_is_refused(tmp_path):
     close(image_files.load(tagged(tmp_path / "a.tiff", 1)), SHOT)
-    with pytest.raises(ValueError, match=r"b\.tiff: a TIFF that asks for a turn"):
+    with pytest.raises(ValueError, match=r"b\.tiff: a rotated TIFF"):
         image_files.load(tagged(tmp_path / "b.tiff", 6))
 
 

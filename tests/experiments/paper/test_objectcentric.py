@@ -59,7 +59,7 @@ def test_masks_of_targets_are_not_looked_at():
 def test_an_object_that_one_frame_shows_is_refused():
     capture = around()
     masks = capture.masks & (np.arange(24) == 5)[:, None, None]
-    with pytest.raises(ValueError, match=r"in 1 mask, .*24 frames were looked at"):
+    with pytest.raises(ValueError, match=r"in 1 mask, .*24 frames were read"):
         from_capture(replace(capture, masks=masks), np.arange(24))
 
 

@@ -102,9 +102,9 @@ def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys)
     assert others[:2] == [11, 2]
     assert not set(others) & set(picks[2:])
     reasons = {entry["name"]: entry["reason"] for entry in record_of(tmp_path / "two")["left"]}
-    assert reasons[f"frame_{picks[2]:03d}.jpg"] == "is never to be selected"
+    assert reasons[f"frame_{picks[2]:03d}.jpg"] == "excluded by never (--never)"
     for more, said in (
-        (["-k", 1, "--always", always], "k is 1, and 2 are to be selected always"),
+        (["-k", 1, "--always", always], "k is 1, but 2 frames must always be selected"),
         (["-k", 4, "--always", always, "--method", "fvs"], "a method that scores them (fsel,"),
         (["-k", 20, "--never", never, "--targets", "every:8"], "being unwanted"),
         (["-k", 4, "--never", tmp_path / "no.txt"], "no such file of frame names"),

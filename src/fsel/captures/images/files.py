@@ -66,7 +66,7 @@ class Video:
             while self._next <= index:
                 if not self._capture.grab():
                     raise ValueError(
-                        f"{self.path}: ends after {self._next} frames, {index} is wanted"
+                        f"{self.path}: ends after {self._next} frames, but frame {index} is needed"
                     )
                 self._next += 1
             return np.ascontiguousarray(self._capture.retrieve()[1][..., ::-1])
@@ -214,7 +214,7 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     with opened(path, BytesIO(content)) as photo:
         turned = photo.format == "TIFF" and _orientation(photo) != 1
     if turned:  # OpenCV and Pillow turn it in any case, and cameras describe the rest
-        raise ValueError(f"{path}: a TIFF that asks for a turn. Hint: save it upright, without")
+        raise ValueError(f"{path}: a rotated TIFF. Hint: save it upright, without")
     try:
         pixels = np.frombuffer(content, np.uint8)
         image = cv2.imdecode(pixels, flags | cv2.IMREAD_IGNORE_ORIENTATION)

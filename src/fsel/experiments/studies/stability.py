@@ -32,15 +32,15 @@ def stability(table: File, numbers: File) -> None:
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
     result = pd.DataFrame(rows)
     write_csv(result, numbers, form="%.3g")
-    cells, held = [], int(result["holds"].sum())
+    cells, passed = [], int(result["holds"].sum())
     for row in result.itertuples():
         words = map(tex, (row.case, row.expected, row.observed))
         cells.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}"])
     text = plain_table(
-        ["Case", "Asked", "Observed", "Error", "Allowed"],
+        ["Case", "Expected", "Observed", "Error", "Allowed"],
         cells,
-        caption=rf"\textbf{{Hard cases.}} {held} of {len(result)} hold. Every case "
-        "asks for finite numbers and no warning; of cameras and columns also that every method "
+        caption=rf"\textbf{{Hard cases.}} {passed} of {len(result)} pass. Every case requires "
+        "finite numbers and no warning; cases of cameras and columns also that every method "
         "returns at every budget, and that a reconstruction renders. Error: largest deviation from "
         "the float64 or exact answer; allowed: what rounding explains.",
         label="tab:stability",

@@ -31,7 +31,7 @@ def inside(folder: Path, name: str) -> Path:
     """The path of a name below a folder; a name that leads out of it is refused."""
     path = Path(os.path.normpath(folder / name))
     if not path.is_relative_to(folder):
-        raise ValueError(f"frame {name!r}: its name leads out of the folder that it is written to")
+        raise ValueError(f"frame {name!r}: its name leads outside the output folder")
     return path
 
 

@@ -125,7 +125,7 @@ def unplaced(found: dict | None) -> list[dict]:
 
 
 def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
-    """Say what each frame lacks beside the last pick, where a rule picked."""
+    """Return what each frame lacks compared with the last pick, if a rule picked."""
     known = outcome.standing
     if known is None:
         return {}
@@ -139,48 +139,48 @@ def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
     reasons = {}
     for frame, more, farther, place in zip(known.pool[free], shows, apart, places, strict=True):
         if more + farther > 0:
-            why = f"scores more than {than}, which was not picked for its score"
+            why = f"scores higher than {than}, which was not picked by score"
         elif more > 0:
-            why = f"shows more of the {views} than {than}, but lies too close to earlier picks"
+            why = f"shows more of the {views} than {than}, but is too close to earlier picks"
         elif farther > 0:
-            why = f"lies farther from earlier picks than {than}, but shows less of the {views}"
+            why = f"is farther from earlier picks than {than}, but shows less of the {views}"
         else:
-            why = f"shows less of the {views} than {than}, and lies closer to earlier picks"
-        reasons[int(frame)] = f"{why}; place {place} of {free.sum()} in line"
+            why = f"shows less of the {views} than {than}, and is closer to earlier picks"
+        reasons[int(frame)] = f"{why}; rank {place} of {free.sum()} frames left"
     return reasons
 
 
 def _left_out(outcome: Outcome, frame: int) -> str:
-    """Reason why a frame is not one of those that may be selected."""
+    """Return why a frame may not be selected."""
     targets = outcome.targets
     if outcome.health is not None and frame in targets.bad:
         return "; ".join(str(f) for f in outcome.health.of(frame) if f.kind != DUPLICATE)
     if frame in targets.frames:
         return "held out as a target"
-    return "is never to be selected" if frame in targets.never else "sees nothing of the object"
+    return "excluded by never (--never)" if frame in targets.never else "does not show the object"
 
 
 def reason(budget: Budget) -> str:
-    """Reason for a number of frames, in words."""
+    """Return the reason for a number of frames, in words."""
     if budget.within is not None and budget.within < budget.enough:
         return (
-            f"{budget.frames} frames, which fit {budget.rule.memory:,} bytes by "
-            f"{budget.rule.trainer}; more are predicted to bring up to {budget.missing:.3f} dB "
-            f"each, until {budget.enough}"
+            f"{budget.frames} frames, the most that {budget.rule.trainer} fits into "
+            f"{budget.rule.memory:,} bytes; more frames, up to {budget.enough}, are predicted to "
+            f"gain up to {budget.missing:.3f} dB each"
         )
     return (
-        f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and further "
-        f"ones less than {budget.rule.threshold:g} dB each"
+        f"{budget.frames} frames: the last is predicted to gain {budget.gain:.3f} dB, further ones "
+        f"less than {budget.rule.threshold:g} dB each"
     )
 
 
 def trials(tried: ValidationResult) -> str:
-    """Describe what was tried on the capture's own frames, in words."""
+    """Describe the validation on the capture's own frames, in words."""
     known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
-    scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
-    cut = ", cut off by the time" if tried.cut else ""
+    scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none scored"
+    cut = ", stopped early" if tried.cut else ""
     if tried.on_targets:
-        own = f"the images of {counted(tried.validation, 'target')}, which were looked at"
+        own = f"the images of {counted(tried.validation, 'target')}"
     else:
         own = f"{tried.validation} of the capture's own frames"
     first = f"{'the rule' if tried.on_targets else 'uniform sampling'} ({tried.trials[0].name})"
@@ -195,9 +195,9 @@ def covered(cover: Cover) -> str:
     part = "each" if cover.share == 1 else f"{cover.share:.0%}"
     full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
     return (
-        f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "
+        f"{cover.points:,} points seen by {counted(cover.times, 'frame')} or more: "
         f"{counted(cover.frames, 'frame')} are enough to see {part} {cover.times} "
-        f"times; the picks see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
+        f"times; the picks do so for {full:.1%} of them, uniform sampling for {even:.1%}"
     )
 
 

@@ -28,7 +28,7 @@ from fsel.training.search import (
 
 SHAPE = (3, 24, 32, 3)
 C1 = 0.01**2  # of SSIM, for images in 0..1
-ASKED = "sharpness 0; a unit descriptor, none for black; SSIM 1 and GMSD 0 with itself"
+EXPECTED = "sharpness 0; a unit descriptor, none for black; SSIM 1 and GMSD 0 with itself"
 K = 6
 DEPTH = 4.0
 SHARE = 20  # one point in so many lies at the odd depth
@@ -47,8 +47,8 @@ def blank(level: int) -> CaseOutcome:
     length = np.linalg.norm(described.astype(np.float64), axis=1)
     off = (sharp, length - (level > 0), scores[:, 1] - 1, scores[:, 2])
     error = max(np.abs(values).max() for values in off)
-    told = f"sharpness {sharp[0]:.2g}; descriptor {length[0]:.6f}; PSNR {scores[0, 0]:.1f} dB"
-    return CaseOutcome(told, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
+    observed = f"sharpness {sharp[0]:.2g}; descriptor {length[0]:.6f}; PSNR {scores[0, 0]:.1f} dB"
+    return CaseOutcome(observed, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
 
 
 def black_against_white() -> CaseOutcome:
@@ -148,7 +148,7 @@ def loud_training() -> CaseOutcome:
 
 
 def wall(depth: float, odd: float | None = None) -> Capture:
-    """Twelve cameras abreast before a painted plane, with points on it and, if asked, elsewhere.
+    """Twelve cameras abreast before a painted plane, with points on it and, optionally elsewhere.
 
     Args:
         depth: of the plane, world units; baselines and paint are in proportion.
@@ -212,13 +212,13 @@ def turned_about() -> CaseOutcome:
     half = np.array([2, 3, 4, 6, 7])
     several = (half, np.append(half, half + 12))
     alone, together = (quality(both, frames, np.array([5])) for frames in several)
-    told = f"PSNR {alone:.2f} dB, with the other side's frames {together:.2f}"
-    return CaseOutcome(told, float(abs(together - alone)), 0.01)
+    observed = f"PSNR {alone:.2f} dB, with the other side's frames {together:.2f}"
+    return CaseOutcome(observed, float(abs(together - alone)), 0.01)
 
 
 CASES = (
     *(
-        Case(f"{name} images", ASKED, partial(blank, level))
+        Case(f"{name} images", EXPECTED, partial(blank, level))
         for name, level in (("black", 0), ("uniform grey", 119), ("white", 255))
     ),
     Case("black against white", "PSNR 0 dB; SSIM C1 / (1 + C1)", black_against_white),

@@ -59,14 +59,14 @@ def run(
         list(picks_at(problem, Run(method, 0), (k, every), rng_by_name(0)))
     same, total, error = compare_picks(problem, reference or problem, k)
     psnr = quality(problem.capture, problem.candidates[:K], problem.proxies)
-    told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {psnr:.2f}"
+    observed = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {psnr:.2f}"
     change = 0.0
     if reference is not None:
         change = psnr - quality(reference.capture, reference.candidates[:K], reference.proxies)
-        told += f", {change:+.3f} dB from the reference"
+        observed += f", {change:+.3f} dB from the reference"
     if same < total or abs(change) > 0.02:
         error = np.inf
-    return CaseOutcome(told, max(error, exact(problem) if exact else 0.0), allowed)
+    return CaseOutcome(observed, max(error, exact(problem) if exact else 0.0), allowed)
 
 
 def case(name: str, expected: str, make: Callable[[], Problem], **how: Any) -> Case:
