@@ -119,7 +119,7 @@ def test_covers_that_cannot_be_are_refused(ring):
         ({"k": "auto", "cover": 1}, "combined with an automatic number of frames"),
         ({"k": 6, "cover": 1, "method": "uniform"}, "uniform, which does not score frames"),
         ({"k": 6, "cover": 1, "always": [0]}, "frames to select always"),
-        ({"k": 6, "cover": 1, "patience": 3}, "patience is 3 s, and a cover of the points"),
+        ({"k": 6, "cover": 1, "patience": 3}, "patience is 3 s, but a cover of the points"),
     ):
         with pytest.raises(ValueError, match=said):
             fsel.select(capture, **asked)

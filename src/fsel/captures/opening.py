@@ -74,9 +74,7 @@ def opened(
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
     if opening.features and not sought:
-        raise ValueError(
-            f"{first}: already has poses; --features is for captures whose poses COLMAP estimates"
-        )
+        raise ValueError(f"{first}: already has poses; --features is for COLMAP's (--poses colmap)")
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(

@@ -121,7 +121,5 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
         raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
     if not str(relative).isprintable():
-        raise ValueError(
-            f"{source}: file_path {str(relative)!r} has a line break or control character"
-        )
+        raise ValueError(f"{source}: file_path {str(relative)!r} has a control character")
     return path

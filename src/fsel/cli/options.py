@@ -74,9 +74,7 @@ def size_in_bytes(text: str) -> int:
     """Read 8GB, 500M (powers of 1000), 8GiB, 500MiB (powers of 1024), or plain bytes."""
     parts = SIZE.fullmatch(text.strip())
     if parts is None or (parts[3] and not parts[2]) or not float(parts[1]) > 0:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not a size; allowed: such as 8GB, 500M, 8GiB"
-        )
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size; allowed: 8GB, 500M, 8GiB, ...")
     return int(float(parts[1]) * (1024 if parts[3] else 1000) ** POWERS[parts[2].lower()])
 
 
@@ -115,7 +113,7 @@ def add_captures(command: argparse.ArgumentParser) -> None:
 def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> None:
     """Add options of how a folder or a video becomes a capture with poses, or does without."""
     command.set_defaults(by=None)
-    text = "the capture's own (by default), or those that COLMAP finds in its images alone"
+    text = "use the capture's poses (default), or estimate them with COLMAP"
     text += "; none (or --no-poses) to write no cameras" if unposed else ""
     kinds, usual = ("layout", "colmap", *([UNPOSED] if unposed else [])), OPENING["poses"]
     command.add_argument("--poses", choices=kinds, default=usual, help=text)
@@ -153,9 +151,9 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
         "frame to pick if that is more)"
     )
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
-    text = "of a video: begin at this time, as 83 or 1:23; --end TIME ends there"
+    text = "video: start at this time, such as 83 or 1:23 (--end TIME stops there)"
     command.add_argument("--start", type=duration, metavar="TIME", default=0.0, help=text)
-    text = "and end at this one" if most_frames else argparse.SUPPRESS
+    text = "video: stop at this time" if most_frames else argparse.SUPPRESS
     command.add_argument("--end", type=duration, metavar="TIME", help=text)
 
 

@@ -115,7 +115,7 @@ def _add_reconstruct(commands) -> None:
         "folder written by `fsel select` are the picks)"
     )
     command.add_argument("--frames", type=Path, help=text)
-    text = "by gaussians, of 384, 640 or 960 pixels; draft where no option below is stated"
+    text = "train gaussians at 384, 640 or 960 pixels (default: draft, without the options below)"
     command.add_argument("--quality", choices=("draft", "good", "best"), help=text)
     _add_reconstructor(command, "splats or gaussians")
     add_size(command, None, "that of --quality")

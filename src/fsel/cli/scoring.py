@@ -20,9 +20,7 @@ def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
     """
     named = tuple(args.metrics or METRICS)
     if "psnr" not in named:
-        raise ValueError(
-            f"--metrics are {','.join(named)}; psnr must be among them, since tables rank by it"
-        )
+        raise ValueError(f"--metrics are {','.join(named)}; psnr, used for ranking, is missing")
     if "lpips" in named and published.found(NET) is None:
         weights = cache() / published.file_of(NET)
         console.say("lpips", f"downloading the weights of {NET} once, to {weights}")

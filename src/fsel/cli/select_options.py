@@ -81,12 +81,7 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
     for name, text in (("always", "to pick first"), ("never", "never to pick")):
-        group.add_argument(
-            f"--{name}",
-            type=Path,
-            metavar="NAMES",
-            help=f"file of frames {text}, one name per line",
-        )
+        group.add_argument(f"--{name}", type=Path, metavar="NAMES", help=f"file of frames {text}")
     add_keeping(group)
     text = (
         "do not read images: no validation, no pictures in the report, no points if the capture "
