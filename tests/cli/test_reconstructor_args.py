@@ -113,7 +113,7 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
         (["--steps", 5], "--steps is 5, but splats takes no steps; allowed with: gaussians"),
         (["--quality", "good", "--steps", 5], "--steps is 5, but --quality good sets it"),
         (["--quality", "good", "--long-side", 64], "--long-side is 64, but --quality good"),
-        (["--quality", "good", "--reconstructor", "splats"], "--reconstructor is splats, which"),
+        (["--quality", "good", "--reconstructor", "splats"], "--reconstructor is splats, but"),
         (["--reconstructor", "external"], "'external'; allowed: splats, gaussians, radiance_field"),
         (["--reconstructor", "radiance_field"], "'radiance_field' cannot write a .ply; allowed"),
     ],

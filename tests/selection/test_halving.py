@@ -167,7 +167,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
     assert fsel.select(capture, "auto").tried is None
     for stated, said in (
         ({"targets": "orbit"}, "patience is 2 s, but the views to render are given"),
-        ({"targets": [3, 4]}, "targets that are 3 frames or more"),
+        ({"targets": [3, 4]}, "3 or more frames as targets"),
         ({"method": "uniform"}, "the method is uniform"),
         ({"always": [0]}, "frames to select always are given"),
         ({"k": "auto"}, "the number of frames is automatic"),
