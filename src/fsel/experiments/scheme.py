@@ -140,12 +140,7 @@ class Trials:
         metrics: Metrics,
         config: str,
     ) -> None:
-        """Measure what the picks, as `read` takes them, are worth on each trial's targets.
-
-        Args:
-            evaluation: receives the trials' columns and those of `measure`.
-            settings: as of `select`.
-        """
+        """Measure the picks, as `read` takes them, on each trial's targets into `evaluation`."""
         picked = self.read(picks) if self.read else pd.concat(map(read_table, picks))
         tables = []
         evaluator = evaluators(reconstruction, metrics, self.masked)
@@ -191,10 +186,7 @@ def cells_of(
 
 
 def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) -> pd.DataFrame:
-    """Return the means of `summarise`, and `leads`: one of some methods is ahead of every other.
-
-    It is ahead where each paired 95 % interval excludes zero.
-    """
+    """Return `summarise`'s means with `leads`: each 95 % interval to all others excludes zero."""
     means = summarise(cells, metrics)
     gaps = differences(cells, methods, metrics)
     ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
@@ -203,11 +195,7 @@ def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) ->
 
 
 def against(cells: pd.DataFrame, reference: str) -> pd.DataFrame:
-    """Return every method's mean PSNR at one budget, and its paired difference to a reference.
-
-    Returns:
-        k, mean, ci_low, ci_high, n, and `GAP` (NaN for the reference itself) by method.
-    """
+    """Return by method the mean PSNR at one budget and `GAP`, paired, to a reference."""
     gaps = differences(cells, cells["method"].unique().tolist(), ["psnr"])
     gaps = gaps[gaps["reference"] == reference].set_index("method")[["mean", "ci_low", "ci_high"]]
     gaps.columns = pd.Index(GAP)

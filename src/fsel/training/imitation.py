@@ -59,10 +59,8 @@ def train(
     """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
 
     Args:
-        trajectories: that are fitted.
         validation: of scenes kept apart; only reported.
         seed: of the initialisation and the order of presentation.
-        epochs: passes over the trajectories.
         learning_rate: Adam's, fixed.
 
     Returns:
@@ -94,9 +92,7 @@ def passes(
 ) -> Iterator[tuple[int, list[float]]]:
     """Fit a network in place, whatever its kind: Adam, one update a trajectory.
 
-    Args:
-        data: trajectories; the last entry of each is its weight w_m, the others are for `cost`.
-        network, cost, seed, epochs, learning_rate: as in `train`.
+    The last entry of each trajectory is its weight w_m, the others are for `cost`.
 
     Yields:
         The number of passes made, and the mean loss and agreement that the last one met: 0 and

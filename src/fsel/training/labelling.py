@@ -65,12 +65,9 @@ def searched(
     """Search one problem's subsets (paper, section 3.4) and return their `search_table`.
 
     Args:
-        evaluate: (K,) frames -> (3,) metrics on the proxies.
-        problem: the selection problem.
-        split: of the problem.
+        evaluate: (K,) frames -> (3,) `metrics` on the proxies.
         search: the config's section of that name.
         seeds: of the search: the scene's and the coverage.
-        metrics: that `evaluate` measures.
     """
     rng = np.random.default_rng(seeds)
     result = LABELLERS[search["labeller"]](evaluate, problem, split, search, rng)

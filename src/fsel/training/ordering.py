@@ -53,14 +53,8 @@ def ordered_item(
 ) -> list[dict]:
     """Order and weigh the `kept` fittest subsets of a labelled problem, the fittest first.
 
-    Args:
-        problem: that was labelled.
-        labels: its searched subsets, see `fsel.training.labelling.search_table`.
-        kept: how many.
-        source: where the labels are from, for error messages.
-
     Raises:
-        ValueError: for subsets that hold frames which are no candidates of the problem.
+        ValueError: naming `source`, for subsets with frames that are no candidates.
     """
     by_rank = np.argsort(labels["rank"])
     fittest = by_rank[labels["rank"][by_rank] >= 0][:kept]

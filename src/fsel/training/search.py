@@ -107,13 +107,10 @@ def genetic_search(
     """Run the paper's search (section 3.4, Appendix A.2).
 
     Args:
-        evaluate: see `Evaluate`.
         pool: (P,) frames that a subset may hold, ascending.
         region: (R,) frames of the pool inside the target region, in capture order.
         centers: (N, 3) camera centres of the whole capture.
         k: subset size, at most P.
-        rng: the only source of chance.
-        settings: operators and their rates.
     """
     settings = settings or GeneticSettings()
     _check_size(k, pool)
@@ -226,11 +223,9 @@ def swap_search(
     neighbour in capture order, and keeps what is fitter. `generation` counts rounds.
 
     Args:
-        evaluate: see `Evaluate`.
         pool: (P,) allowed frames, ascending.
         starts: subsets of equal size K < P, such as the Nearest frames.
         evaluations: distinct subsets to evaluate, starts included.
-        rng: the only source of chance.
     """
     _check_size(len(starts[0]) + 1, pool)
     archive = _Archive(evaluate)

@@ -38,13 +38,11 @@ def cross_split(
     other half is not used. Each target takes one distinct proxy, minimising the summed distance.
 
     Args:
-        held_out: the pass, one of `capture.sequences`.
         others: further passes of which no frame may be selected.
         targets: how many are drawn from that half; None for all of it.
 
     Raises:
-        ValueError: when the other passes have fewer frames than there are targets, or the half
-            fewer than are drawn.
+        ValueError: when a pass has too few frames.
     """
     of = np.array(capture.sequences)
     away = np.flatnonzero(of == held_out)
@@ -89,9 +87,6 @@ def trials(
         held_out: passes held out in turn, of none of which frames may be selected; without any,
             each pass in turn, the others being selected from.
         targets: drawn of each; None for all of the nearer half, in one draw.
-
-    Raises:
-        ValueError: for a pass that is not there, and as `cross_split`.
     """
     kept = thinned(whole.sequences, every)
     capture = whole.subset(kept)

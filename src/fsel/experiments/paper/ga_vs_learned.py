@@ -27,12 +27,7 @@ ROWS = {
 
 
 def searched_subsets(draws: Files) -> pd.DataFrame:
-    """Return the searched subsets as picks: draw, method, number (of the row), rank, frame.
-
-    Args:
-        draws: what `fsel.stages.search_oracle` wrote, one a draw; rank 0 is the fittest on the
-            proxies.
-    """
+    """Return the subsets searched in each draw as picks; rank 0 is the fittest on the proxies."""
     tables = [read_table(path).assign(draw=draw) for draw, path in enumerate(draws)]
     picks = pd.concat([table.assign(number=range(len(table))) for table in tables])
     return picks[["draw", *SUBSET]].assign(frame=picks["subset"]).explode("frame")
@@ -49,12 +44,7 @@ def ga_vs_learned(
     k: int,
     facts: Mapping,
 ) -> None:
-    """Write the table of average subset, random search, search and selectors, on the targets.
-
-    Args:
-        searched: what the job of `TRIALS` wrote, one a scene.
-        table, numbers: receive LaTeX, and the columns of `compare_with_search`.
-    """
+    """Write the table of average subset, random search, search and selectors, on the targets."""
     swept = sweep_cells(problems, evaluations, facts=facts)
     tables = []
     for (dataset, scene), path in zip(scenes, searched, strict=True):
@@ -82,15 +72,9 @@ def ga_vs_learned(
 
 
 def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
-    """Return the means of every row of the table, and their paired differences to the search's.
+    """Return the means of `ROWS`, and their paired differences to the search's (NaN for itself).
 
-    Args:
-        cells: scene, draw, method, k, psnr of one dataset at one budget; the draws that the search
-            was run on are compared, the others left out.
-
-    Returns:
-        method, k, mean, ci_low, ci_high, difference, difference_low, difference_high (NaN for the
-        search itself), ahead (scenes), n (scenes); in the order of `ROWS`.
+    Draws that the search was not run on are left out; `ahead` and n count scenes.
     """
     cells = cells[cells["method"].isin(ROWS)]
     cells = cells.merge(cells.loc[cells["method"] == SEARCH, PROBLEM], on=PROBLEM)

@@ -23,12 +23,9 @@ def imitation(
     scenes: Mapping[str, str],
     facts: Mapping,
 ) -> None:
-    """Draw loss and agreement on training and validation scenes, a line a seed.
+    """Draw loss in nats and agreement on training and validation scenes, a line a seed.
 
-    Args:
-        logs: what `fsel.stages.train` wrote, one a seed.
-        numbers: receives seed, epoch, split, loss in nats, agreement as a share of the picks.
-        scenes: labelled scene -> its role.
+    `logs` is what `fsel.stages.train` wrote, one a seed; `scenes` maps scenes to roles.
     """
     parts = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     table = pd.concat(parts)[["seed", "epoch", "split", *MEASURES]]

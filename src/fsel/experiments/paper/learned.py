@@ -24,11 +24,7 @@ def handsign(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """Write the PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
-
-    Args:
-        table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
-    """
+    """Write the PSNR of the learned scorer minus that of the untrained sum (paper, Table 7)."""
     cells = sweep_cells(problems, evaluations, facts=facts)
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
     gaps = differences(cells, [LEARNED], ["psnr"])
@@ -62,10 +58,8 @@ def seedvar(
 ) -> None:
     """Write the spread of the dataset mean over training seeds, in dB (paper, Table 3).
 
-    Args:
-        table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin: the
-            method's mean less that of the strongest baseline, which the spread is to be read
-            against.
+    `numbers` has the margin over the strongest baseline too, which the spread is to be read
+    against; n counts scenes.
     """
     runs = sweep_cells(problems, evaluations, facts=facts, by_seed=True)
     spread = seed_spread(runs[runs["method"] == LEARNED], "psnr")

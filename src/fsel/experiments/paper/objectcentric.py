@@ -63,11 +63,7 @@ def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Pr
 def trials(
     capture: Capture, *, k: int, draws: int, targets: int, seed: int, long_side: int
 ) -> Iterator[ExperimentCase]:
-    """Yield a trial for each draw of targets.
-
-    Args:
-        long_side: pixels of the images that are compared, at which masks are counted.
-    """
+    """Yield a trial for each draw of targets; masks are counted at `long_side` pixels."""
     small = capture.resized(long_side)
     for draw in range(draws):
         split, rng_of = object_split(small, draw, seed, targets), rng_by_draw(seed, draw)

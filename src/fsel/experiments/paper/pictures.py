@@ -49,13 +49,7 @@ ERRORS = "inferno"
 
 @dataclass(frozen=True)
 class Shown:
-    """One selection's column.
-
-    Attributes:
-        title: heading, line breaks allowed.
-        rendered: (T, h, w, 3) float32 in [0, 1].
-        psnr: (T,) of each view, dB.
-    """
+    """One selection's column: title, (T, h, w, 3) float32 renderings in [0, 1], (T,) PSNR in dB."""
 
     title: str
     rendered: np.ndarray
@@ -64,11 +58,7 @@ class Shown:
 
 
 def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
-    """The methods, `STRONGEST` being the paper's baseline with the highest PSNR of the others.
-
-    Args:
-        evaluation: method, seed, k, target, psnr.
-    """
+    """Return the methods with `STRONGEST` replaced by the best other baseline of the paper."""
     if STRONGEST not in methods:
         return list(methods)
     external = [name for name in PAPER if name not in {*methods, "untrained"}]
@@ -93,18 +83,14 @@ def draw_views(
     note: str,
     methods: Sequence[str],
 ) -> None:
-    """Targets rendered from each selection, its cameras from above below them.
+    """Draw targets rendered from each selection, with its cameras from above below them.
 
     Args:
         picked: method, k, order, name of one seed; frames are found in the capture by their names.
-        targets: (T,) held-out frames.
-        numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
-            of targets, the metrics; of each method, the processor's seconds of its reconstruction
-            and of rendering all targets; of a GPU by the clock.
-        methods: columns, in order. `strongest` is the paper's baseline with the highest PSNR at k
-            that is not among them.
-        views: targets drawn, evenly spaced in capture order; one is the middle one.
-        k: frames; `all` takes its own number.
+        targets: (T,) held-out frames, of which `views` evenly spaced ones are drawn.
+        numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units, the
+            metrics of targets, and each method's seconds of reconstruction and of all renderings.
+        methods: columns, in order; `strongest` is the best other baseline of the paper at k.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
     tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})

@@ -43,10 +43,8 @@ def pipeline_figure(
     """Draw the search's population over generations, and the fittest labels from above.
 
     Args:
-        folders, splits, labels: canonical captures, their splits at all coverage levels and their
-            searched subsets, one a panel; the population of the last is drawn.
-        numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
-            `plan`, order, frame, x, y in world units.
+        folders, splits, labels: of one panel each; the population of the last is drawn.
+        numbers: receives panel, coverage and what is drawn; x, y in world units.
         scenes: coverage level, ascending, of each panel -> its scene among the trajectories.
     """
     *_, widest = scenes
@@ -80,11 +78,7 @@ def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
 def _drawn(
     population: pd.DataFrame, plans: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 ) -> Figure:
-    """Draw the search's population over generations, and trajectories of labels from above.
-
-    Args:
-        plans: title -> (N, 2) cameras from above, (H,) targets, (K,) frames in the label's order.
-    """
+    """Draw the population and, by title, (N, 2) cameras, (H,) targets and (K,) frames in order."""
     from matplotlib.ticker import MaxNLocator  # here: jobs that draw nothing do without
 
     figure = new_figure((TEXT, 2.1))

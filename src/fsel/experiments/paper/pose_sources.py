@@ -42,10 +42,8 @@ def pair_poses(
 
     Args:
         given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
-        poses: the other source, as `fsel.captures.read.read_folder` takes it.
+        poses: the other source; reading: further keywords; see `fsel.captures.read.read_folder`.
         model: folder of a COLMAP model inside the source, for `poses="file"`.
-        long_side: of the images stored, pixels.
-        reading: further keywords of `fsel.captures.read.read_folder`.
 
     Raises:
         ValueError: when both place too few frames.
@@ -79,11 +77,7 @@ def trials(
     seed: int,
     split_seed: int,
 ) -> Iterator[ExperimentCase]:
-    """Yield every draw with both sources of poses, to select and to reconstruct by.
-
-    Args:
-        draws: of targets, the same for both: chance alone decides them.
-    """
+    """Yield every draw with both sources of poses, to select and to reconstruct by."""
     for draw in range(draws):
         for source, capture in ((GIVEN, given), (OTHER, other)):
             split = evaluation_split(capture, draw, split_seed, targets)
@@ -102,12 +96,9 @@ def pose_sources(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """Write the table "Robustness to estimated poses": ours on both sources, and the difference.
+    """Write the table "Estimated poses": ours on both sources, and the difference.
 
-    Args:
-        numbers: receives method, source (the second less the first: `difference`), k, metric, mean,
-            ci_low, ci_high, n of every selector.
-        names: of both sources, as the table prints them.
+    `names` are of both sources, as the table prints them.
     """
     cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
     # both sources stand for the methods to compare, each selector for a dataset

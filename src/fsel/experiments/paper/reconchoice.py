@@ -62,9 +62,7 @@ def reconchoice(
     """Write the table "Comparison across reconstructors".
 
     Args:
-        evaluations: what `evaluate_reconchoice` wrote: all problems of the first reconstructor,
-            then of the next.
-        table, numbers: receive LaTeX, and reconstructor, k and the columns of `cost_means`.
+        evaluations: of all problems of the first reconstructor, then of the next.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
     """

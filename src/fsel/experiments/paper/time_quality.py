@@ -47,12 +47,8 @@ def costs_alone(
 ) -> pd.DataFrame:
     """Measure quality, seconds and memory of reconstructions, each in a process of its own.
 
-    Args:
-        subsets: k (`ALL_FRAMES` for all) and frames of each.
-
-    Returns:
-        k, the metrics, the columns of `UNITS`, device, outcome; numbers are NaN where a
-        reconstruction did not finish.
+    `subsets` are k (`ALL_FRAMES` for all) and frames of each. Numbers are NaN where a
+    reconstruction did not finish; `outcome` says why.
     """
     rows = []
     for k, frames in subsets:
@@ -69,10 +65,7 @@ def costs_alone(
 
 
 def cost_means(costs: Files, metrics: Metrics = ()) -> pd.DataFrame:
-    """Return by k the metrics, seconds (fit, rendering), peak_mb, n (rows), device and outcome.
-
-    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
-    """
+    """Return means by k, NaN where a scene did not finish; the outcome says why."""
     table = pd.concat([read_table(path) for path in costs])
     table["seconds"] = table["fit_seconds"] + table["render_seconds"]
     table["peak_mb"] = table["peak_bytes"] / 1e6
@@ -172,16 +165,10 @@ def time_quality(
 
 
 def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each method and budget.
+    """Return a row for each method and budget: quality, selection and reconstruction times.
 
-    Args:
-        cells: dataset, scene, draw, method, k, psnr of one dataset.
-        times: variant, k, seconds; one row a scene.
-
-    Returns:
-        method, k (`ALL_FRAMES` for all), psnr, ci_low, ci_high, leads (ahead of every other
-        variant, all intervals excluding zero), selection_s (0 for all), reconstruction_s, peak_mb,
-        n (scenes).
+    Of the columns, `leads` is being ahead of every other variant with all intervals excluding zero,
+    `selection_s` is 0 for all frames, and n counts scenes.
     """
     result = summarise(cells, ["psnr"])
     result = result.rename(columns={"mean": "psnr"}).drop(columns=["dataset", "metric"])

@@ -63,9 +63,7 @@ def transfer(
     """Write the table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate_transfer` wrote: all problems of the first reconstructor, then
-            of the next.
-        table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
+        evaluations: of all problems of the first reconstructor, then of the next.
         differences: receives ours and fsel minus every other method, paired, with intervals.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
     """

@@ -40,7 +40,6 @@ class BenchCase:
     """A capture, frames to reconstruct it from, and views to compare it at.
 
     Attributes:
-        capture: at the size that it is stored at.
         picks: (K,) int64 frames to reconstruct from.
         views: T held-out targets at the size of comparison.
         truth: (T, h, w, 3) uint8 their images.
@@ -63,8 +62,7 @@ def benches(
 ) -> Iterator[BenchCase]:
     """Yield the frames nearest to each draw's proxies, compared at its targets, all compiled.
 
-    Args:
-        generated: keywords of `true_depth`; None where depth is not known.
+    `generated` are keywords of `true_depth`, None where depth is not known.
     """
     for folder, split, made in zip(folders, splits, generated, strict=True):
         posed, targets = Problem.load(folder, split), Split.load(split).targets
@@ -83,14 +81,9 @@ def benches(
 def measure_cold(
     bench: BenchCase, reconstruction: Mapping, **changes: Any
 ) -> tuple[dict[str, float], Model]:
-    """Reconstruct with nothing cached and compare.
+    """Reconstruct with nothing cached, with changed settings or `long_side`, and compare.
 
-    Args:
-        changes: settings, or `long_side` of the images reconstructed from, that differ.
-
-    Returns:
-        psnr in dB, depth_error (median over pixels, share of the depth; NaN without truth),
-        fit_seconds, render_seconds, primitives and bytes; and the model.
+    Returns psnr in dB, depth_error, fit_seconds, render_seconds, primitives, bytes; and the model.
     """
     long_side = changes.pop("long_side", reconstruction["long_side"])
     settings = {**reconstruction["settings"], **changes}
@@ -131,10 +124,7 @@ def measure_model(bench: BenchCase, model: Model) -> dict[str, float]:
 
 
 def depth_error(model: Model, bench: BenchCase) -> float:
-    """Compute the median over the targets' pixels of |depth / exact depth - 1|, sky excluded.
-
-    NaN where the exact depth is not known, and for models without depth.
-    """
+    """Compute the median of |depth / exact depth - 1| without sky; NaN where either is unknown."""
     if bench.depth is None or not isinstance(model, SplatModel):
         return float("nan")
     seen = bench.depth > 0
@@ -160,12 +150,7 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
 def true_depth(
     capture: Capture, frames: np.ndarray, *, family: str, seed: int, recorded: int
 ) -> np.ndarray:
-    """Cast the exact depth of an embedded capture anew: its layout may not keep it.
-
-    Args:
-        capture: at any size, as ingested.
-        frames: (T,) of its frames.
-        family, seed, recorded: of its generation: family, seed and number of frames.
+    """Cast the exact depth of `frames` (T,) anew: the capture's layout may not keep it.
 
     Returns:
         (T, h, w) float64 distance along the optical axis in the capture's units; 0 for sky.
@@ -217,12 +202,7 @@ def speed_settings(
     k: int,
     reconstruction: Mapping,
 ) -> None:
-    """Measure the reconstructor with one setting changed at a time.
-
-    Args:
-        numbers: receives setting, value, default, and means over the problems of what
-            `bench.measure_cold` returns, `seconds` being fit and rendering together.
-    """
+    """Measure the reconstructor with one setting changed at a time, means over the problems."""
     rows = []
     for place in benches(folders, splits, generated, k, reconstruction):
         usual, model = measure_splats(place, reconstruction)

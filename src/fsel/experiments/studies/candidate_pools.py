@@ -81,9 +81,7 @@ def candidate_pools(
 ) -> None:
     """Write the mean PSNR over all evaluation scenes, a block of rows a setting.
 
-    Args:
-        numbers: receives setting, method, reference (of a difference of ours to it; empty for a
-            mean), k, mean, ci_low, ci_high, n.
+    In `numbers`, `reference` names what a difference of ours is to, and is empty for a mean.
     """
     cells = cells_of(scenes, evaluations, ["psnr"], facts, ["draw", "setting"])
     cells = cells.assign(dataset=cells["setting"])

@@ -48,12 +48,7 @@ def economy(
     reconstruction: Mapping,
     appearance: Mapping,
 ) -> None:
-    """Switch off each saving in turn.
-
-    Args:
-        table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
-            (`with_*`) and without it (`without_*`), means over the problems.
-    """
+    """Switch off each saving in turn and tabulate means over the problems with and without it."""
     rows = []
     for place in benches(folders, splits, generated, k, reconstruction):
         rows += _of_reconstruction(place, reconstruction)

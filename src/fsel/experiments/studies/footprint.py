@@ -50,18 +50,16 @@ def measure_alone(
     Args:
         frames: (K,) to reconstruct from; targets: (T,) to render.
         repeats: fresh reconstructors, of whose seconds the median is taken.
-        metrics: keys of `fsel.metrics.REGISTERED`.
         memory: bytes that it may take beyond what the process holds before it; None for no limit.
 
     Returns:
-        fit_seconds and render_seconds, of the processor with nothing cached, the metrics, and
-        peak_bytes: of the resident set, above what the process held with everything compiled and
-        the reconstructor bound to the capture. Programs that it started count. Where a GPU is used:
-        seconds by the clock, and the GPU's memory. device: `cpu`, or the GPU's name.
+        fit_seconds and render_seconds, of the processor with nothing cached (by the clock where a
+        GPU is used), the metrics, peak_bytes above the process with everything compiled and the
+        capture bound (started programs count; on a GPU its memory), and device: `cpu` or the GPU.
 
     Raises:
         Unfinished: when the reconstruction does not finish, or the memory does not suffice.
-        RuntimeError: when the process fails otherwise; its last output is in the message.
+        RuntimeError: when the process fails otherwise.
     """
     request = {
         "folder": str(folder),
@@ -137,10 +135,7 @@ def fit_and_render(
 
 
 def _clock(gpu: bool) -> float:
-    """Seconds of the processor, in this process and those it waited for; with a GPU, the clock's.
-
-    Another process on the same cores lengthens the processor's time less than the clock's.
-    """
+    """Return seconds of the processor, with those of children; with a GPU, of the clock."""
     if gpu:
         return time.perf_counter()
     others = resource.getrusage(resource.RUSAGE_CHILDREN)

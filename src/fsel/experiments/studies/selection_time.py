@@ -88,8 +88,7 @@ def problem_of_size(
 ) -> Problem:
     """Make a problem with `pool` observed frames on a resampled capture, and so many targets.
 
-    Args:
-        described: (N, D) descriptors of the capture's frames; sharp: (N,) their sharpness.
+    `described` are (N, D) descriptors of the capture's frames, `sharp` (N,) their sharpness.
     """
     dense, old = refilmed(capture, pool + targets)
     split = evaluation_split(dense, 0, 0, targets=targets)

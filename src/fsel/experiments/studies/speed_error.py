@@ -63,15 +63,10 @@ def speed_error(
 
 
 def progress(subsets: Files, labels: Files) -> pd.DataFrame:
-    """Measure what stopping a search early costs.
+    """Measure the dB on the proxies that a search loses when it stops early.
 
-    Args:
-        subsets: searched subsets of evaluation problems, with a column `method`.
-        labels: of training scenes.
-
-    Returns:
-        search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
-        subset of the genetic search at its end minus that of the fittest after so many evaluations.
+    `gap` is the mean PSNR of the fittest subset of the genetic search at its end minus that of the
+    fittest after so many evaluations.
     """
     curves: dict[str, list[pd.DataFrame]] = {name: [] for name in SEARCHES}
     for path in subsets:
@@ -151,16 +146,10 @@ def _setting_row(row) -> list[str]:
 
 
 def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
-    """Compute the PSNR of a reference minus that of each method, where both were measured.
+    """Compute the mean gap in dB of each method to a reference, where both were measured.
 
-    Args:
-        cells: dataset, scene, draw, method, psnr at one budget.
-
-    Returns:
-        method, gap in dB: means over draws, then scenes, then datasets.
-
-    Raises:
-        ValueError: when the reference was measured nowhere.
+    `cells` have dataset, scene, draw, method, psnr at one budget; means are over draws, then
+    scenes, then datasets.
     """
     wide = cells.pivot(index=["dataset", "scene", "draw"], columns="method", values="psnr")
     if reference not in wide:

@@ -164,10 +164,7 @@ class SelfAttention(nn.Module):
 
 
 class ViewAttention(nn.Module):
-    """Attention over the optimization views in place of the thirteen fixed summaries of them.
-
-    The query is made of a candidate's other five features; its relations to views are the keys.
-    """
+    """Attention over the optimization views, queried by a candidate's five other features."""
 
     def __init__(self) -> None:
         super().__init__()

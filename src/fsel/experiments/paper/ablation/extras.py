@@ -72,10 +72,7 @@ def capture_context(scene: Relations, picked: Sequence[int]) -> np.ndarray:
 
 
 def rank_normalised(scene: Relations, picked: Sequence[int]) -> np.ndarray:
-    """(n, 3) places of d_min_o, d_mean_o, gamma_mean_o in order, from -0.5 to 0.5.
-
-    Equal values share the mean of their places.
-    """
+    """(n, 3) mean ranks of d_min_o, d_mean_o, gamma_mean_o, from -0.5 to 0.5."""
     from scipy.stats import rankdata  # here: every start of the workflow imports this module
 
     columns = scene.distance.min(axis=1), scene.distance.mean(axis=1), scene.angle.mean(axis=1)

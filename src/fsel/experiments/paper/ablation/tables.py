@@ -50,10 +50,7 @@ def feature_sweep(
 ) -> None:
     """Tabulate PSNR of every feature configuration minus the first's (paper, "Tested features").
 
-    Args:
-        trials: what `trials.trial_case` wrote, one a case.
-        table, numbers: receive LaTeX, and the columns of `compare_trials`.
-        cases: name -> its `shown` and `added`, in the table's order.
+    `trials` wrote one file a case; `cases` maps a name to its `shown` and `added`, in order.
     """
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, reference)
@@ -92,11 +89,7 @@ def scorer_arch(
     labels: Mapping[str, str],
     facts: Mapping,
 ) -> None:
-    """Tabulate PSNR of every scorer minus ours (paper, "Scorer-architecture comparison").
-
-    Args:
-        labels: name -> how to print it, in the table's order; others as in `feature_sweep`.
-    """
+    """Tabulate PSNR of every scorer minus ours (paper, "Scorer-architecture comparison")."""
     every = dict(zip(labels, trials, strict=True))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, OURS)
     write_csv(result, numbers)
@@ -114,15 +107,7 @@ def scorer_arch(
 
 
 def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: str) -> pd.DataFrame:
-    """Compare every trial with a reference.
-
-    Args:
-        trials: name -> what `trials.trial_case` wrote, in order.
-
-    Returns:
-        method, k, mean, difference, difference_low, difference_high (NaN for the reference itself),
-        parameters, loss, agreement (means over seeds), seeds, draws, n (scenes).
-    """
+    """Return the paired differences of every trial to a reference, NaN for the reference itself."""
     result = against(cells.assign(dataset=VALIDATION), reference)
     result["draws"] = cells.groupby("method")["draw"].nunique()
     fitted = ["parameters", "loss", "agreement"]

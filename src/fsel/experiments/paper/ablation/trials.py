@@ -31,13 +31,7 @@ POLICY = POLICIES["less_is_more"]
 
 
 class PartialRollout(Rollout):
-    """A `Rollout` with some features withheld, or others in their place.
-
-    Args:
-        scene: relations of the same pool; read by `added` alone.
-        shown: features whose inputs are not held at zero.
-        added: three further features, or None.
-    """
+    """A `Rollout` with inputs that are not `shown` at zero, or three further features in place."""
 
     def __init__(
         self, prepared: Prepared, scene: Relations, shown: Sequence[str], added: Extra | None
@@ -105,10 +99,9 @@ def trial_case(
     """Train a case with several seeds and let it pick frames of validation scenes.
 
     Args:
-        folders, splits: canonical captures of the labelled scenes, and their splits.
-        validation_splits: split.parquet of every draw of each of them.
-        picks: receives method, seed, dataset, scene, draw, k, frame, and of the training:
-            parameters, loss and agreement on the training trajectories after the last pass.
+        validation_splits: split.parquet of every draw of each of the validation captures.
+        picks: receives the picks, and of the training: parameters, and loss and agreement on the
+            training trajectories after the last pass.
         trial: name of the case, which is the method of its picks.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import

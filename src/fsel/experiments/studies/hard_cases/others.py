@@ -174,10 +174,7 @@ def wall(depth: float, odd: float | None = None) -> Capture:
 
 
 def measure_quality(capture: Capture) -> tuple[float, float]:
-    """PSNR in dB of every fourth frame from the others, and the median depth error of splats.
-
-    The plane is at the median depth of the points.
-    """
+    """Measure PSNR in dB of every fourth frame from the others, and the median depth error."""
     held = np.arange(1, len(capture), 4)
     frames = np.setdiff1d(np.arange(len(capture)), held)
     position = Splats(capture).fit(frames).positions
