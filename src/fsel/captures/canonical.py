@@ -40,11 +40,9 @@ def ingest(
     """Return a raw capture with every image opened, undistorted and resized, one by one.
 
     Args:
-        raw: what a layout's reader found.
         source: what was read, in words.
         long_side: pixels of the longer side; smaller images keep their size.
-        lazy: open images only when they are asked for, each time anew, and leave masks and
-            points out.
+        lazy: open images when indexed, each time anew, and leave masks and points out.
         store: folder that receives images.npy and masks.npy, so that memory holds one frame at a
             time; None keeps them in memory.
     """

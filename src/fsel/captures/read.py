@@ -202,12 +202,7 @@ def validated(
     """Return a capture's frames in natural order, and how well their parts agree.
 
     Every image's header is read. Pixels are decoded only where poses have no points to agree with,
-    or where `skip_unreadable` asks which can be.
-
-    Args:
-        raw: what a layout's reader returned.
-        source: what was read, in words.
-        long_side, max_error, skip_unreadable: see `read_folder`.
+    or where `skip_unreadable` asks which can be. Other arguments are `read_folder`'s.
     """
     raw = in_order(raw, source)
     if skip_unreadable:

@@ -124,11 +124,7 @@ def render_video(args: argparse.Namespace, console: Console, record: dict) -> No
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """Return a distinct file name for each frame; folders become a part of the name.
-
-    Where that makes two names equal (`a/b` and `a_b`, or `B` and `b` where case does not count),
-    each name is followed by its number.
-    """
+    """Return a file name for each frame, without folders; equal ones get the frame's number."""
     flat = [name.replace("/", "_") for name in names]
     if len({name.casefold() for name in flat}) == len(flat):
         return flat

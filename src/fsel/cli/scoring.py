@@ -14,10 +14,7 @@ WIDTH = 6  # letters of a column
 
 
 def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
-    """Return the metrics that a command line asks for, `fsel.metrics.checked`.
-
-    LPIPS's published weights are fetched where they are not yet, into the user's cache.
-    """
+    """Return the metrics of a command line, with LPIPS's published weights fetched if need be."""
     named = tuple(args.metrics or METRICS)
     if "psnr" not in named:
         raise ValueError(f"--metrics are {','.join(named)}; psnr, used for ranking, is missing")

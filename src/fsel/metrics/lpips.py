@@ -35,8 +35,7 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
             such a file in `downloads` or the user's cache.
 
     Raises:
-        ValueError: for an unknown backbone.
-        FileNotFoundError: when the weights are not where they should be.
+        ValueError, FileNotFoundError: for an unknown backbone, or weights that are not there.
         ImportError: without torch, or without the package `lpips` where it has the heads.
     """
     if net not in PAGES:

@@ -36,15 +36,13 @@ class Compared:
     """Scores of a comparison, and pictures of a few of its frames.
 
     Attributes:
-        source: what was compared, in words.
-        how: the reconstructor and the size of the images, in words.
+        source, how: what was compared; the reconstructor and the size of the images, in words.
         names: T held-out frames.
         metrics: M names of metrics, PSNR first.
         scores: (T, M) for each k and method, averaged over seeds.
         used: number of frames that each reconstruction was made from.
         shown: numbers of the held-out frames that have pictures.
-        truth: JPEG of each of them.
-        renders: for each k and method, JPEG of its first seed's rendering of each of them.
+        truth, renders: JPEG of each of them; of each k and method, its first seed's renderings.
         blurred: (T,) bool, held-out frames that motion blurred, whose scores favour blur.
         shape: width of the pictures over their height.
     """

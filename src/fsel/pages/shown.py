@@ -104,11 +104,7 @@ def adds(entry: dict) -> str:
 
 
 def scene_data(outcome: Outcome, frames: np.ndarray, points: SparsePoints | None) -> dict:
-    """Return the places around the origin, with z upwards, of extent 1.
-
-    They are of (n,) `frames` and of the targets that are no frames (place and tip of the viewing
-    direction each), and of `points` (place and colour).
-    """
+    """Return places of `frames`, targets and `points` around the origin, z upwards, extent 1."""
     capture, targets = outcome.capture, outcome.targets
     up = upwards(capture.world_to_camera)
     side, ahead = plane_basis(up)

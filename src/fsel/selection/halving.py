@@ -59,9 +59,7 @@ def validated(
     Every machine keeps the same picks, unless the time is over before the planned fits are made.
 
     Args:
-        problem: of a request; images of its pool and of the targets are read.
         rule: (K,) the picks of `fsel`, best first.
-        patience: for how long.
         targets: (F,) frames that are held out; empty where the whole capture is to be rendered.
 
     Returns:

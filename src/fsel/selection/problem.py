@@ -22,17 +22,12 @@ def request_problem(
     focus: Focus | None,
     descriptors: np.ndarray | None,
 ) -> Problem:
-    """The problem of a request: every frame may be picked, the closest ones stand for the views.
+    """Return the problem of a request: every frame may be picked, the closest stand for the views.
 
     Unlike in the experiments a proxy is a candidate too. Where the whole capture is to be rendered,
     views off its path are served as well as those along it; where an object is, they may miss it.
 
-    Args:
-        capture: the capture.
-        targets: of a checked request.
-        sharpness: (N,) of every frame.
-        focus: an object that targets must see.
-        descriptors: (N, D) appearance of every frame; None where no method reads it.
+    `sharpness` is (N,) and `descriptors` (N, D), None where no method reads it.
     """
     pool, views, whole = targets.pool(capture), targets.views, targets.kind == ALL
     if whole and focus is None:

@@ -57,13 +57,8 @@ def examined_targets(
 ) -> tuple[Targets, Health]:
     """Leave the bad frames of a capture out of what may be selected, and report them.
 
-    Args:
-        opened: the capture.
-        targets: of a checked request.
-        k: as many frames remain at least, two where it is to be found; of bad ones the least bad.
-        reporter: names the bad frames.
-        images: whether they are looked at.
-        matching: whether frames are matched, to find misplaced ones.
+    At least `k` frames remain, two where it is to be found: of bad ones the least bad. See
+    `fsel.captures.quality.examination.examined` for `images` and `matching`.
     """
     found = examined(opened, reporter.bar("health"), images=images, matching=matching)
     pool = np.setdiff1d(targets.pool(opened.capture), targets.always)

@@ -39,10 +39,8 @@ def read_problems(
 ) -> dict[int, Problem]:
     """Read the problems of a labelled scene, by coverage in per cent, each file once.
 
-    Args:
-        folder: a canonical capture with its descriptors.
-        splits: what `fsel.stages.split_labelled` wrote.
-        features: what `fsel.stages.features` wrote of them; None leaves them to whoever reads them.
+    `folder` is a canonical capture with its descriptors; `features` None leaves features to whoever
+    reads them.
     """
     capture = Capture.load(folder)
     described = read_columns(Path(folder) / "descriptors.parquet")

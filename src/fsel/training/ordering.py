@@ -16,9 +16,8 @@ EPSILON = 1e-12
 def order_subset(distances: np.ndarray, apart: np.ndarray) -> np.ndarray:
     """Order frames so that each most reduces the views' distance to their nearest picked frame.
 
-    Once every view has its nearest frame of the subset, no other reduces anything, and the paper
-    does not say which comes next. Here it is the one farthest from those picked: in the capture's
-    order, the scorer would learn to pick neighbours of picked frames.
+    Once no other frame of the subset reduces anything, the one farthest from those picked is next,
+    which the paper leaves open: by the capture's order, the scorer would learn to pick neighbours.
 
     Args:
         distances: (K, O) of each frame of the subset to each optimisation view, any unit.

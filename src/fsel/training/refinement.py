@@ -39,8 +39,6 @@ def refine(
             generation all measured on the same problems.
         start: name of an input -> coefficient to begin with.
         free: those that may move. Picks stay where all are scaled alike: hold one that is not zero.
-        settings: see `RefineSettings`.
-        seed: of the strategy's sampling.
 
     Returns:
         The final distribution's mean, and a log: generation, best, mean, step.

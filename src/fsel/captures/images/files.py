@@ -90,10 +90,6 @@ Image = Path | VideoFrame
 def opened(path: Path, content: BinaryIO | None = None) -> Iterator[Photo]:
     """Open an image by Pillow, which reads its header; errors in the block name the file.
 
-    Args:
-        path: of the file.
-        content: of it, where it was read already.
-
     Raises:
         ValueError: for a file that is missing, empty, cut short, damaged, of another format, or
             larger than `PIL.Image.MAX_IMAGE_PIXELS` allows.

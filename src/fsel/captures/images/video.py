@@ -128,11 +128,9 @@ def thin(
     are thinned evenly. Frames are turned upright as the file says. One frame is in memory.
 
     Args:
-        path: the video.
         folder: receives `frame_00000.jpg`, ..., numbered by the video's frames.
         pace: stretches a second, as `Sampling` says.
         within: which parts of it are looked at.
-        progress: wraps the loop over the video's frames.
     """
     film = _opened(path)
     count, per_second = int(film.get(cv2.CAP_PROP_FRAME_COUNT)), film.get(cv2.CAP_PROP_FPS)

@@ -97,9 +97,7 @@ def read_protocol(
 
     Args:
         file: the list, the authors' `dl3dv_fold_8_kmeans_input_idx.json`.
-        scene: its name there.
         folder: the scene as it is distributed.
-        names: frames of the capture.
 
     Raises:
         ValueError: for a file that is no such list, or does not fit the scene or the capture.

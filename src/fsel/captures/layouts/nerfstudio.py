@@ -76,7 +76,6 @@ def from_json(
     `ply_file_path` have no tracks.
 
     Args:
-        path: the JSON file.
         folder: the capture; image paths must stay inside it.
         content: of the file, where it was read already.
         images, masks: folders of the capture that names of images and of masks are relative to.

@@ -40,8 +40,6 @@ def examined(
     """Find the bad frames of a capture.
 
     Args:
-        opened: the capture.
-        progress: wraps the loop over the images.
         images: whether they are opened; without, poses alone are judged.
         matching: whether poses are also judged by matches of every frame with two beside it, which
             takes some tenths of a second a frame.

@@ -54,10 +54,7 @@ def blur_at_points(
     A frame's value is the median over its places, NaN for few. Noise raises the reference of every
     place, so the sharpest tenth of the frames has the value 1.
 
-    Args:
-        cells: of N frames.
-        cell: (L,) cell of each observation, see `Cells.at`.
-        point, frame: (L,) its point and its frame.
+    `cell`, `point`, `frame` are (L,) of each observation, see `Cells.at`.
     """
     count = len(cells.variance)
     variance = cells.variance.reshape(count, -1)[frame, cell]
@@ -159,11 +156,8 @@ def movements(thumbnails: np.ndarray) -> np.ndarray:
 
     A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
 
-    Args:
-        thumbnails: (n, h, w) grey images in their order in time, some 100 pixels long, by averages.
-
-    Returns:
-        (n,) shares of the longer side, infinite for the first frame.
+    `thumbnails` are (n, h, w) grey, in order of time, some 100 pixels long; (n,) shares of the
+    longer side are returned, infinite for the first frame.
     """
     movement = np.full(len(thumbnails), np.inf)
     last = 0

@@ -145,10 +145,7 @@ def _cameras(capture: Capture, cameras: Sequence[ViewerCamera], origin: np.ndarr
 
 
 def component(content: dict) -> str:
-    """Return an element that shows a `scene`, for a page that gives `#view` a height.
-
-    JavaScript finds it as `view`, which can `fly(index)` and `leave()`.
-    """
+    """Return an element that shows a `scene`; scripts find it as `view`, to `fly` and `leave`."""
     style = (WEB / "viewer.css").read_text(encoding="utf-8")
     find = "document.getElementById"
     mounted = f"fselViewer.mount({find}('view'), JSON.parse({find}('view-data').textContent))"

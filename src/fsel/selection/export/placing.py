@@ -48,7 +48,6 @@ def place(
     pixels as they are stored, and some trainers would turn them.
 
     Args:
-        file, path, link: see above.
         size: (width, height) that it is reduced to; None as it is.
         lens: undistorts it to that size; None to keep its distortion.
     """

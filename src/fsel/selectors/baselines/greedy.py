@@ -29,7 +29,6 @@ def lazy_greedy(
         bounds: (n,) no less than every row's gain before the first pick.
         gains: rows -> their gains now, none negative.
         add: called with each pick, before the next gain is computed.
-        k: at most n.
     """
     bounds = bounds.astype(np.float64)
     fresh = np.zeros(len(bounds), dtype=bool)

@@ -27,10 +27,9 @@ RELATIONS = 3
 
 @dataclass(frozen=True)
 class Steps:
-    """K steps over a pool of n frames, in capture order.
+    """K steps over a pool of n frames, in capture order, which a scorer maps to (K, n) scores.
 
-    A scorer maps it to (K, n) scores. Those of step t may depend on the picks of the steps before
-    t, never on its own or a later one.
+    Scores of step t may depend on the picks of the steps before t, never on later ones.
 
     Attributes:
         features: (K, n, 19) float32 standardised inputs.
