@@ -137,7 +137,7 @@ def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
         [str(entry["order"]), entry["name"]] for entry in content["frames"]
     ]
     assert [
-        f"sees {entry['sees_new']:.1%} of the" in row[2]
+        f"shows {entry['sees_new']:.1%} of the" in row[2]
         for entry, row in zip(content["frames"], seen["picked"], strict=True)
     ] == [True] * 7
     assert seen["left"] == [[entry["name"], entry["reason"]] for entry in content["left"]]
