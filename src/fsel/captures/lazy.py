@@ -108,10 +108,7 @@ def open_capture(
     *,
     skip_unreadable: bool = False,
 ) -> LazyCapture:
-    """Open a capture without opening its images, refusing all that `read_folder` refuses.
-
-    Arguments are those of `fsel.captures.read.read_folder`.
-    """
+    """Open a capture without its images; arguments and errors are those of `read_folder`."""
     check_type("path", path, (str, Path), "a folder")
     folder = Path(path)
     known, raw = read_raw(folder, layout)

@@ -39,9 +39,7 @@ def record(
     Args:
         family: one of `FAMILIES`.
         seed: scenes differ by it; equal seeds give equal bytes.
-        frames: length of the capture, at least 12.
-        width: pixels.
-        height: pixels.
+        frames: length of the capture, at least 12; width, height: pixels.
 
     Raises:
         ValueError: for an unknown family or too few frames.
@@ -117,12 +115,7 @@ def _clear(caster: Caster, shot: Shot, setting: Setting) -> bool:
 
 
 def sparse_points(poses, depth, images, camera: Camera, rays, rng):
-    """Find points on textured surfaces, with the frames and pixels that see them.
-
-    Returns:
-        (M, 3) points, (M, 3) uint8 colours, and the tracks: (L,) point numbers, (L,) frames,
-        (L, 2) pixels.
-    """
+    """Find (M, 3) points on textured surfaces, colours, and tracks: points, frames, pixels."""
     frames, height, width = depth.shape
     owner = rng.integers(frames, size=6 * POINTS)
     grey = images.astype(np.float32).mean(axis=-1)

@@ -105,10 +105,7 @@ def points_reader(
 
 
 def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None) -> Observed:
-    """Return the observations of a model, out of binary files that are written where it has none.
-
-    An image without a pose has none.
-    """
+    """Return the observations of a model from its binary files, written if there are none."""
     with TemporaryDirectory() as folder:
         if model is None or not is_binary(model):
             reconstruction.write_binary(folder)

@@ -58,12 +58,7 @@ class Work:
 
 
 def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
-    """Return the settings of a configuration's `poses`, where they are no word.
-
-    Args:
-        poses: fields of `Estimator`, or `features` for COLMAP.
-        devices: see `checked`.
-    """
+    """Return the settings of a configuration's `poses`: fields of `Estimator`, or `features`."""
     if "features" not in poses:
         return Work(by=checked(poses, devices))
     if set(poses) > {"features"} or poses["features"] not in features.KINDS:
@@ -93,10 +88,7 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 def extract(
     database: Path, folder: Path, names: Sequence[str], work: Work, *, camera_each: bool = False
 ) -> None:
-    """Store the features of images in a folder that the database does not have yet.
-
-    Every image has a camera of its own, or all images of one part and size have one.
-    """
+    """Store features of new images, each with a camera of its own or one for a part and size."""
     mode = pycolmap.CameraMode.PER_IMAGE if camera_each else pycolmap.CameraMode.SINGLE
     with pycolmap.Database.open(str(database)) as stored:
         there = stored.read_all_images()

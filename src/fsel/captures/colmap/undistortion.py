@@ -108,10 +108,7 @@ def _reduced(size: tuple[int, int], long_side: int) -> tuple[int, int]:
 
 
 class Lens:
-    """Undistortion and resizing of one camera's images of one true size.
-
-    The attributes `intrinsics`, fx, fy, cx, cy, and `size` are of the images that come out.
-    """
+    """Undistortion and resizing of a camera's images, to `size` and `intrinsics` fx, fy, cx, cy."""
 
     def __init__(
         self,

@@ -170,10 +170,7 @@ def reduction(longest: int, side: int) -> int:
 
 
 def check_pixels(file: Image) -> None:
-    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes.
-
-    A video's frames, which are decoded to be copied, are passed over.
-    """
+    """Refuse a file that no decoder takes, a JPEG at an eighth of its size; videos are skipped."""
     if isinstance(file, VideoFrame):
         return
     if is_heic(file):

@@ -80,11 +80,7 @@ class Sampling:
         return {name: v for name, v in asdict(self).items() if name not in cut or v}
 
     def part(self, path: Path) -> tuple[int, float]:
-        """Return frames and seconds of the part, 0 where the video does not state its own.
-
-        Raises:
-            ValueError: for a part that is empty, or lies beyond the end.
-        """
+        """Return frames and seconds of the part, 0 where unknown; refuse one without any frame."""
         film = _opened(path)
         count, per_second = film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)
         if not (count > 0 and per_second > 0):

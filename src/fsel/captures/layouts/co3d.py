@@ -33,9 +33,8 @@ def _annotations(folder: Path) -> Path | None:
 def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     """Read a sequence's frames in order of `frame_number`; the object's masks count.
 
-    Args:
-        folder: <category>/<sequence>, or a dataset that holds one sequence.
-        min_quality: least viewpoint_quality_score of a sequence that is used.
+    `folder` is <category>/<sequence>, or a dataset that holds one sequence; `min_quality` is the
+    least viewpoint_quality_score.
     """
     path = _annotations(folder)
     if path is None:

@@ -58,10 +58,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
 
 
 def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None:
-    """Give images of a text model their full names, which pycolmap cuts at the first space.
-
-    A missing line of 2D points, which must be there though empty, shifts all that follow: refused.
-    """
+    """Restore names that pycolmap cuts at a space; refuse a model without lines of 2D points."""
     lines = [line for line in read_text(path).splitlines() if not line.startswith("#")]
     while lines and not lines[-1].strip():
         lines.pop()
@@ -115,10 +112,7 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
 
 
 def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
-    """Files by name; where downscaled copies have another ending, the one of the same folder.
-
-    Missing files are left to validation, which refuses them or leaves their frames out.
-    """
+    """Return files by name, missing ones too, or the one copy with the same stem in the folder."""
     files = [inside(images, name, model) for name in names]
     there: dict[tuple[Path, str], list[Path]] = {}
     for folder in {file.parent for file in files if file.parent.is_dir()}:
@@ -171,10 +165,7 @@ def write_sparse(
     lost: bool = True,
     text: bool = False,
 ) -> None:
-    """Write a COLMAP model of a recording, its observations scaled to a camera's size.
-
-    With `lost`, frames whose pose was lost are written too.
-    """
+    """Write a COLMAP model at a camera's size; with `lost`, with frames whose pose was lost."""
     scale = camera.width / recording.camera.width
     kept = np.flatnonzero(~recording.lost | lost).tolist()
     seen = grouped_rows(recording.track_frame, len(names))

@@ -54,10 +54,7 @@ NOT_MEASURED = Agreement("none", np.nan, np.nan, MATCHING_LONG_SIDE, 0)
 
 
 def measure(raw: RawCapture, bound: float) -> Agreement:
-    """Reproject the sparse points or, where there are none, match a few pairs of frames.
-
-    Above `bound`, a share of the images' longer side, the cause is looked for.
-    """
+    """Reproject the sparse points or match a few pairs of frames; above `bound`, find the cause."""
     points = raw.sparse()
     if points is not None and len(points.track_xy):
         side = max(max(camera.width, camera.height) for camera in raw.cameras)

@@ -170,11 +170,7 @@ def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
 
 
 def apart(first: np.ndarray, other: np.ndarray) -> float:
-    """Return the median over pairs of frames of the degrees between their turns in two worlds.
-
-    Args:
-        first, other: (n, 3, 3) rotations of the same two frames or more, world to camera.
-    """
+    """Return the median degrees between turns of frame pairs, of (n, 3, 3) rotations twice."""
     turns = np.einsum("nij,nik->njk", other, first)  # all the same where the sets agree
     cosines = (np.einsum("nij,mij->nm", turns, turns) - 1) / 2
     rows, columns = np.triu_indices(len(turns), 1)

@@ -82,10 +82,7 @@ def neighbours(capture: Capture) -> list[tuple[int, int]]:
 
 
 def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
-    """Return a model of the capture's poses without points, numbered as the database is.
-
-    The database's cameras, guessed from the images, are given the known intrinsics.
-    """
+    """Return a model of the poses, numbered as the database, which gets the known intrinsics."""
     model = pycolmap.Reconstruction()
     rows = {name: i for i, name in enumerate(names)}
     with pycolmap.Database.open(str(database)) as stored:
@@ -165,10 +162,7 @@ def _mapped(
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
-    """Return the capture's images with another model's poses, cameras and points, matched by name.
-
-    Frames that the model lacks are dropped for `reason`.
-    """
+    """Return images with another model's poses, cameras and points; drop others for `reason`."""
     posed = {image.name: image for image in model.images.values() if image.has_pose}
     rows = matched(raw.names, sorted(posed))
     if not rows:

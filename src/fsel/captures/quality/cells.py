@@ -84,10 +84,9 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
 
 
 def sharpness(cells: Cells) -> np.ndarray:
-    """(N, 4) natural logarithm of each frame's high frequencies over its contrast, by direction.
+    """(N, 4) log of each frame's high frequencies over its contrast, by direction; may be NaN.
 
-    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it along the
-    motion. NaN for a frame that shows too little.
+    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it that way.
     """
     contrast = cells.variance.sum(axis=(1, 2))[:, None]
     ratio = cells.energy.sum(axis=(2, 3)) / np.maximum(contrast, LEAST_VARIANCE)

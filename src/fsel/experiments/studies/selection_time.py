@@ -49,13 +49,10 @@ class _Repeated:
 
 
 def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
-    """Resample the path of a capture, filmed in one pass, at another frame rate.
+    """Resample the path of a capture of one pass; return (frames,) the old frame of each too.
 
     Poses are interpolated between frames; each new frame has the image and the tracks of the
     nearest old one.
-
-    Returns:
-        The capture of so many frames, and (frames,) int64 the old frame of each.
     """
     when = np.linspace(0, len(capture) - 1, frames)
     nearest, before = np.round(when).astype(np.int64), np.floor(when).astype(np.int64)

@@ -42,9 +42,7 @@ def speed_error(
 
     Args:
         times: what `fsel.experiments.studies.selection_time` wrote; its smallest pool is drawn.
-        evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
-        subsets, labels: searched subsets, of those problems and of training scenes.
-        table, numbers: receive LaTeX, and the numbers of every panel.
+        subsets, labels: searched subsets, of the evaluation problems and of training scenes.
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
@@ -171,14 +169,7 @@ def draw(
     selected: str,
     k: int,
 ) -> None:
-    """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search.
-
-    Args:
-        methods: method, seconds, gap.
-        settings: setting, value, default, seconds, depth_error, psnr.
-        curves: search, evaluations, gap.
-        selected: what was timed, in words.
-    """
+    """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     figure = new_figure((TEXT, 6.2))
