@@ -58,6 +58,7 @@ def test_gaussians_are_written_after_the_steps_asked_for(capture, listed, tmp_pa
     assert run("reconstruct", capture, *asked, "-o", out) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["reconstructor"], said["steps"], said["size"]) == ("gaussians", 4, [32, 24])
+    assert (said["frames"], said["device"]) == (listed.read_text().split(), "cpu")
     model = GaussianModel.read_ply(out)
     assert model.primitives == said["primitives"] > 0
     assert model.degree == 2

@@ -11,7 +11,6 @@ import pycolmap
 import pytest
 from small_captures import camera_path, record_of, ring, select, state_orientation, write_ring
 
-import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.read import read_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
@@ -170,11 +169,7 @@ def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
     ("model", "params", "expected"),
     [
         ("SIMPLE_RADIAL", [60, 32, 24, 0.02], {"fl_y": 60, "k1": 0.02}),
-        (
-            "OPENCV_FISHEYE",
-            [35, 36, 32, 24, 0.03, 0.02, 0.01, 0.005],
-            {"fl_y": 36, "k4": 0.005, "camera_model": "OPENCV_FISHEYE"},
-        ),
+        ("OPENCV_FISHEYE", [35, 36, 32, 24, 0.03, 0.02, 0.01, 0.005], {"fl_y": 36, "k4": 0.005}),
     ],
 )
 def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expected, tmp_path):
@@ -187,6 +182,7 @@ def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expecte
     assert select(tmp_path / "capture", "-k", 4, "--max-error", 1, "-o", tmp_path / "out") == 0
     content = json.loads((tmp_path / "out" / "transforms.json").read_text())
     assert {key: content[key] for key in expected} == expected
+    assert (content["camera_model"] == model) == (model == "OPENCV_FISHEYE")
     whole = read_capture(tmp_path / "capture", "colmap", long_side=64, max_error=1)
     back = read_capture(tmp_path / "out", "nerfstudio", long_side=64, max_error=1)
     rows = [whole.names.index(name) for name in back.names]
@@ -195,12 +191,7 @@ def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expecte
 
 @pytest.mark.parametrize(
     ("model", "method"),
-    [
-        ("PINHOLE", "fsel"),
-        ("OPENCV", "fsel"),
-        ("PINHOLE", "nerf_director"),
-        ("PINHOLE", "sharpest"),
-    ],
+    [("OPENCV", "fsel"), *(("PINHOLE", name) for name in ("fsel", "nerf_director", "sharpest"))],
 )
 def test_geometry_only_opens_the_picks_alone(model, method, tmp_path, monkeypatch):
     write_ring(tmp_path / "capture", model=model)
@@ -230,16 +221,6 @@ def test_every_form_of_targets(capture, tmp_path):
         stated = record_of(out)["targets"]
         assert (stated["kind"], stated["views"], stated["far"]) == (kind, views, 0)
         assert stated["held_out"] == [f"frame_{i:03d}.jpg" for i in held]
-
-
-def test_methods_that_read_points_get_them(capture, tmp_path):
-    whole = read_capture(capture)
-    blind = replace(whole, points=None)
-    asked = {"k": 8, "method": "nerf_director"}
-    expected = fsel.select(whole, **asked).names
-    assert fsel.select(blind, **asked).names != expected
-    assert select(capture, "-k", 8, "--method", "nerf_director", "-o", tmp_path / "out") == 0
-    assert tuple((tmp_path / "out" / "frames.txt").read_text().split()) == expected
 
 
 def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):

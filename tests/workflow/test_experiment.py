@@ -131,12 +131,8 @@ def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):
     assert [needed["mem_mb"](None, attempt=n) for n in (1, 3)] == [1000, 3000]
     grown = [e.resources(1000, 10, "reconstruction") for e in (small, large)]
     assert [n["runtime"](None, input=[], attempt=2) for n in grown] == [20, 80]
-    external = experiment(
-        reconstruction=[
-            FIRST,
-            {"name": "external", "long_side": 960, "settings": {"serve": ["x"]}},
-        ]
-    )
+    second = {"name": "external", "long_side": 960, "settings": {"serve": ["x"]}}
+    external = experiment(reconstruction=[FIRST, second])
     assert external.resources(grows="reconstruction")["runtime"](None, [], 1) == 10
 
 

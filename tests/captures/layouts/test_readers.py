@@ -121,13 +121,8 @@ def test_distortion_by_name_or_in_a_list(made, tmp_path):
 
 
 def test_blender_s_field_of_view_and_bare_names(made, tmp_path):
-    content = transforms(made)
-    content = {
-        "camera_angle_x": 2 * np.arctan(32 / 60),
-        "w": 64,
-        "h": 48,
-        "frames": content["frames"],
-    }
+    frames = transforms(made)["frames"]
+    content = {"camera_angle_x": 2 * np.arctan(32 / 60), "w": 64, "h": 48, "frames": frames}
     for frame in content["frames"]:
         frame["file_path"] = "./" + frame["file_path"].removesuffix(".png")
     write_nerfstudio(made, tmp_path, content)

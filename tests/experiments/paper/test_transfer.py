@@ -81,17 +81,12 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
         assert own.split(" & ")[3] == r" \\"  # fsel minus itself
 
 
-ASKED = {
-    "reconstruction": RECONSTRUCTION,
-    "metrics": ["psnr", "ssim"],
-    "budgets": [3],
-    "seeds": [0],
-}
+ASKED = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "ssim"], "budgets": [3]}
 
 
 def chosen(scene, folder, memory):
     paths = scene / "split.parquet", scene / "selections.parquet", folder / "r.parquet"
-    evaluate_reconchoice(scene, *paths, **ASKED, memory=memory, config="c")
+    evaluate_reconchoice(scene, *paths, **ASKED, seeds=[0], memory=memory, config="c")
     table = pd.read_parquet(paths[2]).set_index("k")
     assert table.index.tolist() == [3, ALL_FRAMES]
     return table
