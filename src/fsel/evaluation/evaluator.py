@@ -77,12 +77,9 @@ class Evaluator:
         masked: bool = False,
         metrics: Metrics = METRICS,
     ) -> Evaluator:
-        """Score on frames of the reconstructor's capture: proxies in a search, else targets.
+        """Score on (T,) frames of the reconstructor's capture: proxies in a search, else targets.
 
-        Args:
-            frames: (T,) int64.
-            masked: compare inside the capture's masks alone.
-            metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings.
+        With `masked`, compare inside the capture's masks alone.
 
         Raises:
             ValueError: for `masked` and a capture without masks, or an unknown metric.
@@ -106,11 +103,7 @@ class Evaluator:
         return self._known[key]
 
     def scores(self, subset: np.ndarray) -> np.ndarray:
-        """Return (T, M) metrics, one row a view.
-
-        Raises:
-            Unfinished: when the reconstruction does not finish: a search cannot rank it.
-        """
+        """Return (T, M) metrics, one row a view; raise `Unfinished`, which a search cannot rank."""
         measured = self.measure(subset)
         if measured.outcome:
             raise Unfinished(measured.outcome, f"frames {np.sort(subset).tolist()}", measured.log)
@@ -146,11 +139,8 @@ def evaluators(
 ) -> Callable[..., Evaluator]:
     """Return a function of capture and targets that keeps what it made for the last two.
 
-    What subsets, draws and trials of a capture share is made once.
-
-    Args:
-        reconstruction: the config's section: name, long_side, settings.
-        metrics, masked: see `Evaluator.on_frames`.
+    What subsets, draws and trials of a capture share is made once; `reconstruction` is the
+    config's section: name, long_side, settings.
     """
 
     @lru_cache(2)

@@ -71,7 +71,6 @@ def sweep_table(
         datasets: name -> LaTeX label, in order.
         groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
         ranked: methods among which the best of a column is set in bold.
-        budgets, higher_is_better: columns, and metrics in the order of a cell's numbers.
     """
     keyed = summary.set_index(["dataset", "method", "k", "metric"])
     scenes = summary.groupby("dataset")["n"].max().to_dict()

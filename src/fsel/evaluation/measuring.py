@@ -55,9 +55,7 @@ RngFactory = Callable[[Run, int], np.random.Generator]
 def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[Run]:
     """List every method with each of its seeds, then the learned methods, one run a scorer.
 
-    Args:
-        weights: scorers that the workflow trained; each names its policy. Those of one policy are
-            in the order of their seeds.
+    `weights` name their policies; those of one policy are in the order of their seeds.
 
     Raises:
         ValueError: for a scorer of none of `fsel.selectors.policies.KNOWN`.
@@ -117,10 +115,7 @@ def picks_at(
 def select(
     problem: Problem, runs: Iterable[Run], budgets: Sequence[int], rng_of: RngFactory
 ) -> dict[str, np.ndarray]:
-    """Pick frames by every run at every budget, one row a pick.
-
-    Args:
-        budgets: frames to pick; the method `all` takes those of `Problem.sequence`.
+    """Pick frames by every run at every budget, one row a pick; `all` takes `Problem.sequence`.
 
     Returns:
         method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
@@ -144,7 +139,6 @@ def measure(
     """Measure what picks are worth, one row a selection and view.
 
     Args:
-        evaluator: on the targets.
         picks: what `select` returned, or any table with its columns `frame` and those of `by`.
         by: columns that tell one selection from another.
 

@@ -56,15 +56,12 @@ def of_places(values: np.ndarray) -> Interval:
 
 
 def of_places_and_seeds(values: np.ndarray) -> Interval:
-    """Compute the interval of a mean over places and training seeds, both being samples.
+    """Compute the interval of the mean of (n, s) values over places and training seeds, as samples.
 
     A seed moves all places together, which the places' spread does not show. The squared reach of
     the interval is the sum of both parts' variances, each times the square of its own Student
     quantile: never too narrow (Banerjee 1960), and as narrow as without seeds where they do not
     differ by more than the residual explains.
-
-    Args:
-        values: (n, s) mean of every place under every seed.
     """
     from scipy.special import stdtrit
 
@@ -97,9 +94,7 @@ def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
     The claim is false if one rival is not behind, so that the weakest of the comparisons decides
     (intersection-union test, Berger 1982): no rival is chosen, and many rivals cost nothing.
 
-    Args:
-        gaps: (m,) means of method less rival; higher is better.
-        p: (m,) two-sided, of each gap being zero; NaN where nothing is known, and then NaN returns.
+    `gaps` (m,) are method less rival, `p` (m,) two-sided; NaN where nothing is known, and then NaN.
     """
     return float(np.max(np.where((gaps > 0) | np.isnan(p), p, 1.0)))
 

@@ -96,10 +96,7 @@ class _Part:
     def interval(self, column: Column, less: Column | None = None) -> Interval:
         """Compute the interval of a column's mean over places, or of its difference to another.
 
-        It is NaN, of no places, where a reconstruction did not finish.
-
-        Raises:
-            ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
+        It is NaN, of no places, where a reconstruction did not finish; unequal sets are refused.
         """
         if self.ended.keys() & {key[1:] for key in (column, less) if key is not None}:
             return Interval(np.nan, np.nan, np.nan, np.nan, 0)
@@ -207,12 +204,8 @@ def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
 def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
     """Measure how far a dataset's mean moves with the training seed.
 
-    Args:
-        runs: dataset, scene, draw, seed, k and the metric, means over targets.
-        metric: averaged within a seed over draws, then scenes.
-
-    Returns:
-        dataset, k, std (of a sample; NaN for one seed), seeds, n (scenes), datasets in their order.
+    `runs` have dataset, scene, draw, seed, k and the metric. Returned are dataset, k, std (of a
+    sample; NaN for one seed), seeds, n (scenes), datasets in their order.
     """
     keys = ["dataset", "k", "seed"]
     scenes = runs.groupby([*keys, "scene"], sort=False)[metric].mean()

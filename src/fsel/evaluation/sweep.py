@@ -43,14 +43,9 @@ def sweep_cells(
     facts: Mapping,
     by_seed: bool = False,
 ) -> pd.DataFrame:
-    """Return the table of dataset, scene, place, draw, method, k, metrics.
+    """Return dataset, scene, place, draw, method, k, metrics: means over targets and seeds.
 
-    The values are means over targets and seeds of each file.
-
-    Args:
-        problems: `dataset/scene/draw0` of each file.
-        facts: see `place_of`.
-        by_seed: one row a seed, with the column seed.
+    `problems` are `dataset/scene/draw0` of each file. With `by_seed`, one row a seed.
     """
     tables = []
     for problem, path in zip(problems, evaluations, strict=True):

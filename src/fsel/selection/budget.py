@@ -127,13 +127,9 @@ def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
 
 
 def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray) -> Budget:
-    """Find how many of some picks to keep.
+    """Find how many picks to keep by their (n, T) `view_shift` in order, n from `most`.
 
-    Args:
-        shift: (n, T) `view_shift` of the picks in order; n from `most`.
-        auto: the rule.
-        size: (width, height) of the capture's images.
-        worth: see `predicted`.
+    `size` is (width, height) of the capture's images; for `worth` see `predicted`.
     """
     quality = predicted(shifts(shift), worth)
     least = enough(quality, auto.threshold)

@@ -14,13 +14,10 @@ STILL = 0.05  # of the mean way between two cameras: what a stop takes at least
 
 
 def flight(capture: Capture, request: Request, count: int, long_side: int) -> Views:
-    """Views of an orbit, the smoothed camera path, a camera path's file, or between frames.
+    """Return views of an orbit, the smoothed camera path, a camera path's file, or between frames.
 
-    Args:
-        capture: the capture.
-        request: as `targets_of` takes it; frames are flown through in the capture's order.
-        count: how many views; of a camera path's file no more than it has.
-        long_side: pixels of the longer side, which may be more than the capture's.
+    Frames are flown through in the capture's order; a camera path's file gives no more views than
+    it has. `long_side` in pixels may be more than the capture's.
     """
     targets = targets_of(capture, request, count)
     views = between(targets.views, count) if len(targets.frames) else targets.views

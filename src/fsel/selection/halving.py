@@ -96,11 +96,8 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
 class SuccessiveHalving:
     """Comparison of selections with a first one, in heats: the best go on with new fits.
 
-    Args:
-        score: what a fit of a selection is worth.
-        picks: name -> (K,) ascending frames; the first is kept unless another meets the rule.
-        validation: (W,) frames that are scored.
-        rule: conditions on which another is kept.
+    `picks` maps names to (K,) ascending frames, of which the first is kept unless another meets the
+    rule; `validation` are (W,) frames that are scored.
     """
 
     def __init__(

@@ -54,11 +54,7 @@ def measured(
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Measure sharpness, (N,) zeros where no method reads it, and (N, D) descriptors, or None.
 
-    Args:
-        methods: that will select.
-        capture: the capture; its images are opened for descriptors alone.
-        sharpness_of: measures the sharpness of some frames.
-        descriptors: those that are known, or what makes them; None for `lab_hog`.
+    Images are opened for descriptors alone; `descriptors` are known, or make them; None: `lab_hog`.
     """
     reads = {name for method in methods for name in method.reads}
     n = len(capture)
