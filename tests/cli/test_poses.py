@@ -80,11 +80,11 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     reasons = {entry["name"]: entry["reason"] for entry in record["left"]}
     assert reasons["frame_00010.jpg"] == "not placed by COLMAP, at 2.0 s"
     page = (tmp_path / "picked" / "report.html").read_text(encoding="utf-8")
-    assert f"colmap at {video}. To be rendered" in page
+    assert f"colmap at {video}. Views to render" in page
     assert "1 frame not placed: frame_00010.jpg; lost: 1.8 to 2.0 s" in page
     assert str(cache) not in page
     assert run("select", video, "--rate", 5, "-k", 30, "-o", tmp_path / "no") == 1
-    refused = f"{video}: k is 30, and COLMAP placed 10 of 11 frames; allowed: up to 9. Hint: a long"
+    refused = f"{video}: k is 30, but COLMAP placed 10 of 11 frames; allowed: up to 9. Hint: a long"
     assert refused in capsys.readouterr().err
 
 
@@ -94,7 +94,7 @@ def test_the_hint_is_a_rate_where_a_video_has_more_frames(step, rate):
     found = {"by": "COLMAP", "placed": ["a", "b"], "frames": len(seconds)}
     found["video"] = [{"name": "a", "index": round(30 * at), "seconds": at} for at in seconds]
     walk = Opening((Path("walk.mp4"),), wanted=30)
-    said = rf"k is 30, .* 2 of {len(seconds)} frames; .*Hint: --rate {rate} takes more"
+    said = rf"k is 30, .* 2 of {len(seconds)} frames; .*Hint: --rate {rate} samples more"
     with pytest.raises(ValueError, match=said):
         opening._check_number(walk, found)
     opening._check_number(replace(walk, wanted=0), found)
