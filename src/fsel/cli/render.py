@@ -124,7 +124,7 @@ def render_video(args: argparse.Namespace, console: Console, record: dict) -> No
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """Return a file name for each frame, without folders; equal ones get the frame's number."""
+    """Return a file name for each frame, `/` as `_`, all numbered where two would be equal."""
     flat = [name.replace("/", "_") for name in names]
     if len({name.casefold() for name in flat}) == len(flat):
         return flat

@@ -44,7 +44,10 @@ def choose_pairs(
 
 
 def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (n, 2) pixels of two (h, w, 3) images that agree with one fundamental matrix."""
+    """Return (n, 2) pixels of two (h, w, 3) images that agree with one fundamental matrix.
+
+    They are empty where too few agree; the top-left pixel's centre is at (0.5, 0.5).
+    """
     sift, nothing = cv2.SIFT.create(FEATURES), np.empty((0, 2))
     (a, descriptors_a), (b, descriptors_b) = (
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)

@@ -84,9 +84,9 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
 
 
 def sharpness(cells: Cells) -> np.ndarray:
-    """(N, 4) log of each frame's high frequencies over its contrast, by direction; may be NaN.
+    """(N, 4) log of high frequencies over contrast, by direction; NaN where a frame shows little.
 
-    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it that way.
+    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it along it.
     """
     contrast = cells.variance.sum(axis=(1, 2))[:, None]
     ratio = cells.energy.sum(axis=(2, 3)) / np.maximum(contrast, LEAST_VARIANCE)
