@@ -1,5 +1,7 @@
 """Cameras before a smoothly coloured wall, and how well a model shows it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fsel.core.capture import Capture
@@ -42,3 +44,14 @@ def wall(frames=8, size=(40, 30), depth=4.0, step=0.25, seed=0):
 def psnr(model, capture, frames):
     rendered = model.render(capture.view(frames))
     return score_views(rendered, capture.images[frames])[:, 0].mean()
+
+
+def in_another_world(capture, scale, shift):
+    """The same capture with every length multiplied and the origin elsewhere."""
+    rotation, translation = capture.world_to_camera[:, :, :3], capture.world_to_camera[:, :, 3]
+    translation = scale * translation - rotation @ np.asarray(shift, float)
+    return replace(
+        capture,
+        world_to_camera=np.concatenate([rotation, translation[:, :, None]], axis=2),
+        points=replace(capture.points, xyz=scale * capture.points.xyz + shift),
+    )

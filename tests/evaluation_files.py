@@ -4,13 +4,8 @@ import pandas as pd
 
 from fsel.metrics import METRICS
 
-FACTS = {
-    "embedded": ["Tanks & Temples"],
-    "real": [],
-    "reconstructor": "splats",
-    "long_side": 64,
-    "descriptor": "lab_hog",
-}
+FACTS = {"embedded": ["Tanks & Temples"], "real": [], "descriptor": "lab_hog"}
+FACTS |= {"reconstructor": "splats", "long_side": 64}
 
 
 def written(folder, values: dict) -> tuple[list[str], list]:

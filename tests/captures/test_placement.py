@@ -1,6 +1,5 @@
 """Videos and photos placed together: frames taken denser, times that are lost, causes named."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +16,6 @@ from fsel.captures.images import video
 from fsel.captures.images.video import SampledFrame, Sampling
 from fsel.captures.poses import placement, sfm
 from fsel.captures.sampling import Source
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 def shots(*indices):

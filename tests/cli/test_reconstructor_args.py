@@ -167,10 +167,7 @@ def test_lpips_takes_the_place_of_gmsd(capture, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("given", "said"),
-    [
-        (["--metrics", "ssim,lpips"], "psnr, used for ranking"),
-        (["--metrics", "psnr,mae"], "mae"),
-    ],
+    [(["--metrics", "ssim,lpips"], "psnr, used for ranking"), (["--metrics", "psnr,mae"], "mae")],
 )
 def test_metrics_are_refused_before_work(given, said, capture, tmp_path, capsys):
     assert run("compare", capture, *given, "-o", tmp_path / "out") == 1

@@ -55,20 +55,15 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
     assert main(["view", str(made / "picked"), "-o", str(out), "--force"]) == 0
 
 
-def test_a_capture_alone_shows_its_points(made):
-    assert main(["view", str(made / "ring"), "-o", str(made / "page.html")]) == 0
-    content = data_of((made / "page.html").read_text())
-    assert content["model"] is None
-    assert len(content["points"]["xyz"]) == 80
-    assert {entry["state"] for entry in content["cameras"]} == {"frame"}
-
-
-def test_many_photos_are_smaller(made, monkeypatch):
+def test_a_capture_alone_shows_its_points_and_many_photos_smaller(made, monkeypatch):
     monkeypatch.setattr(shown, "LARGE", 6)  # of 24, so that each has half the side
     arguments = ["view", str(made / "ring"), "--long-side", "60"]
     assert main([*arguments, "-o", str(made / "page.html")]) == 0
-    found = pictures((made / "page.html").read_text())
-    assert [decoded(picture).shape[1] for picture in found] == [30] * 24
+    page = (made / "page.html").read_text()
+    assert [decoded(picture).shape[1] for picture in pictures(page)] == [30] * 24
+    content = data_of(page)
+    assert (content["model"], len(content["points"]["xyz"])) == (None, 80)
+    assert {entry["state"] for entry in content["cameras"]} == {"frame"}
 
 
 @pytest.mark.parametrize(

@@ -72,12 +72,8 @@ def test_a_browser_shows_every_rendering(width, out, tmp_path):
     seen = looked_at(out / "compare.html", width, MEASURE, tmp_path)
     content = json.loads((out / "compare.json").read_text())
     assert seen["sentences"] == [content["verdict"]]
-    assert [cells[:2] for cells in seen["cells"]] == [
-        ["4", "fsel"],
-        ["4", "uniform"],
-        ["5", "fsel"],
-        ["5", "uniform"],
-    ]
+    rows = [[k, name] for k in ("4", "5") for name in ("fsel", "uniform")]
+    assert [cells[:2] for cells in seen["cells"]] == rows
     for cells, row in zip(seen["cells"], content["rows"], strict=True):
         assert cells[2].startswith(f"{row['psnr']:.2f} (")
     assert seen["tops"] == [1] * 3  # methods of a frame in one row
@@ -88,10 +84,8 @@ def test_a_browser_shows_every_rendering(width, out, tmp_path):
     assert seen["time"] == content["targets"]
     assert all("PSNR" in text and "SSIM" in text for text in seen["captions"])
     assert seen["covered"] == 12
-    assert (seen["before"], seen["after"]) == (
-        ["inset(0px 50% 0px 0px)"],
-        ["inset(0px 80% 0px 0px)"],
-    )
+    clips = [["inset(0px 50% 0px 0px)"], ["inset(0px 80% 0px 0px)"]]
+    assert [seen["before"], seen["after"]] == clips
     assert seen["reached"] is True
     assert seen["dragged"] == pytest.approx(75, abs=0.5)
     assert sorted(seen["worst"]) == sorted(seen["time"])

@@ -1,10 +1,7 @@
 """The recipes for published programs, with stand-ins that honour the same files."""
 
 import json
-import os
-import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,17 +20,6 @@ from fsel.reconstruct.external.worker import close_all
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])
 RECIPES = sorted((Path(__file__).parents[2] / "config" / "reconstructors").glob("*.yaml"))
-# a virtual environment that has it
-NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO")
-# what config/reconstructors/nerfstudio.yaml says of a CPU, and a model small enough for it
-ON_A_CPU = ["--machine.device-type", "cpu", "--pipeline.model.implementation", "torch"]
-ON_A_CPU += ["--mixed-precision", "False"]
-SMALL = ["--pipeline.model.log2-hashmap-size", "12", "--max-num-iterations", "40"]
-SMALL += ["--pipeline.datamanager.train-num-rays-per-batch", "128"]
-ALEXNET = """
-import sys, torch, torchvision
-torch.save(torchvision.models.alexnet().state_dict(), sys.argv[1])
-"""
 
 # Long-LRM's model/llrm.py as far as shapes and calls go; what it was given is kept
 LLRM = """
@@ -319,26 +305,6 @@ def test_nerfstudio_in_a_worker_trains_and_renders_in_the_normalised_world(captu
     assert points["red"].dtype == np.uint8
     found = np.stack([points[axis] for axis in "xyz"], axis=1) * unit + middle
     np.testing.assert_allclose(found, pointed(capture).points.xyz[[0, 3]], atol=1e-5)
-
-
-@pytest.mark.skipif(
-    not NERFSTUDIO, reason="FSEL_NERFSTUDIO names no virtual environment of nerfstudio"
-)
-def test_nerfstudio_trains_and_renders_on_a_cpu(capture, tmp_path):
-    """nerfacto for some steps on a scene of one colour; minutes."""
-    images = np.full_like(np.asarray(capture.images), (230, 20, 130))
-    # for a score that nobody asks for it loads AlexNet, and downloads it where it is not there
-    weights = tmp_path / "hub" / "checkpoints" / "alexnet-owt-7be5be79.pth"
-    weights.parent.mkdir(parents=True)
-    subprocess.run([f"{NERFSTUDIO}/bin/python", "-c", ALEXNET, str(weights)], check=True)
-    recipe = yaml.safe_load((RECIPES[0].parent / "nerfstudio.yaml").read_text())
-    section = recipe["reconstruction"]["settings"] | {"venv": NERFSTUDIO, "gpu": False}
-    section |= {"prefix": ["env", f"TORCH_HOME={tmp_path}"], "timeout": 900}
-    section["serve"] = [*section["serve"], *ON_A_CPU, *SMALL]
-    rendered = reconstruct(replace(capture, images=images), **section)
-    assert rendered.shape == (2, SIZE[1], SIZE[0], 3)
-    red, green, blue = rendered.mean(axis=(0, 1, 2))
-    assert red > blue + 0.05 > green + 0.1
 
 
 @pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)

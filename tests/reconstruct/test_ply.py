@@ -121,9 +121,7 @@ def test_an_exported_model_renders_the_same_when_read(tmp_path, degree):
     model.export_ply(tmp_path / "a.ply")
     back = origin - [0, 0, 2 * unit]
     views = Views(
-        np.column_stack([np.eye(3), -back])[None],
-        np.array([[30.0, 30.0, 16.0, 12.0]]),
-        (32, 24),
+        np.column_stack([np.eye(3), -back])[None], np.array([[30.0, 30.0, 16.0, 12.0]]), (32, 24)
     )
     image = model.render(views)
     assert image.std() > 0.02

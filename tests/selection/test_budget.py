@@ -54,13 +54,7 @@ def test_a_view_shifts_by_parallax_and_turn_in_fields_of_view():
 
 def test_each_view_counts_its_three_closest_picks():
     shift = np.array([[0.5, 0.1], [0.3, 0.9], [0.4, 0.2], [0.6, 0.0]])
-    expected = [
-        [1, 1, 1],
-        [0.3, 1, 1],
-        [0.2, 0.7, 1],
-        [0.2, 0.3, 0.7],
-        [0.15, 0.25, 0.35],
-    ]
+    expected = [[1, 1, 1], [0.3, 1, 1], [0.2, 0.7, 1], [0.2, 0.3, 0.7], [0.15, 0.25, 0.35]]
     np.testing.assert_allclose(shifts(shift), expected)
     np.testing.assert_allclose(predicted(shifts(shift), WORTH)[[0, 1, 3]], [0, 2.8, 4.9])
 

@@ -5,16 +5,11 @@ import json
 import cv2
 import numpy as np
 import pytest
-from small_captures import ring
+from small_captures import opengl, ring
 
 from fsel.selection.targets import targets_of
 
 TURNED = np.eye(4).tolist()
-
-
-def stored(pose):
-    """A world-to-camera pose as OpenGL files have it."""
-    return np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
 
 
 def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
@@ -23,7 +18,7 @@ def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
     transform = np.vstack([np.column_stack([rotation, [1.0, 2, 3]]), [0, 0, 0, 1]])
     stated = []
     for pose in poses:
-        moved = transform @ stored(pose)
+        moved = transform @ opengl(pose)
         moved[:3, 3] *= 0.25
         stated.append({"camera_to_world": moved.ravel().tolist()})
     (tmp_path / "path.json").write_text(json.dumps({"camera_path": stated}))
@@ -36,7 +31,7 @@ def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
 def test_the_applied_transform_of_a_transforms_file_is_undone(circle, tmp_path):
     applied = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
     full = np.vstack([applied, [0, 0, 0, 1]])
-    frames = [{"transform_matrix": (full @ stored(pose)).tolist()} for pose in ring(5)]
+    frames = [{"transform_matrix": (full @ opengl(pose)).tolist()} for pose in ring(5)]
     content = {"applied_transform": applied.tolist(), "frames": frames}
     (tmp_path / "p.json").write_text(json.dumps(content))
     views = targets_of(circle, tmp_path / "p.json").views
@@ -73,7 +68,7 @@ def test_four_poses_of_three_rows_are_four_views(circle, tmp_path):
     [
         ({"scale": None}, "field 'scale' is missing"),
         ({"scale": 0}, "scale is 0; allowed: more than 0"),
-        ({"transform": [[0] * 4] * 3}, "transform cannot be undone"),
+        ({"transform": [[0] * 4] * 3}, "transform cannot be"),
     ],
 )
 def test_a_damaged_transform_beside_a_path_is_named(change, said, circle, tmp_path):

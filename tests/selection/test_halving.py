@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_captures import record_of, select, write_ring
+from small_captures import record_of, select
 
 import fsel
 from fsel.selection import halving
@@ -150,12 +150,6 @@ def test_what_few_frames_say_is_chance():
             return np.stack([20 + gains, np.full(count, 0.5)], axis=1)
 
         assert SuccessiveHalving(score, picks, FRAMES[:count]).run(1, ENDLESS).kept == kept
-
-
-@pytest.fixture
-def ring(tmp_path):
-    write_ring(tmp_path / "ring", frames=24)
-    return tmp_path / "ring"
 
 
 def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from selection_problems import random_problem, with_points
-from small_captures import record_of, select, write_ring
+from small_captures import record_of, select
 
 import fsel
 from fsel.selection.multicover import ANGLE, multicover, sightings, wanted
@@ -81,12 +81,6 @@ def test_it_is_not_far_from_the_smallest_cover():
             if sees[:, some].any(axis=1).all()
         )
         assert len(rows) <= best * (1 + np.log(sees.sum(axis=0).max()))
-
-
-@pytest.fixture
-def ring(tmp_path):
-    write_ring(tmp_path / "ring", frames=24)
-    return tmp_path / "ring"
 
 
 def test_a_cover_takes_as_few_as_needed_and_the_rest_by_the_rule(ring, tmp_path, capsys):

@@ -35,15 +35,8 @@ def test_the_fit_finds_what_made_the_curves():
 def test_from_captures_to_the_record(tmp_path):
     scene = write_scene(tmp_path / "scene")
     curves, record = tmp_path / "curves.parquet", tmp_path / "budget.json"
-    budget_curves(
-        scene,
-        [FOLDER / FILES["fsel"]],
-        curves,
-        coverages=[25, 60],
-        seed=0,
-        reconstruction={"name": "splats", "long_side": 32, "settings": {}},
-        config="c",
-    )
+    how = {"reconstruction": {"name": "splats", "long_side": 32, "settings": {}}, "config": "c"}
+    budget_curves(scene, [FOLDER / FILES["fsel"]], curves, coverages=[25, 60], seed=0, **how)
     tried = pd.read_parquet(curves).groupby(["coverage", "repeat"])["k"].unique()
     assert len(tried) == 2 * 3
     assert all(list(counts) == list(COUNTS[:9]) for counts in tried)  # 4 to 30 of 31

@@ -43,17 +43,9 @@ SEVERAL = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/
     [
         (rule(named(splits=["a"])), lambda splits: None, {"splits": ["a"]}),
         # a param goes before a wildcard, and a file before its folder
-        (
-            rule(params=named(seed=3), wildcards=named(seed="3")),
-            lambda seed: None,
-            {"seed": 3},
-        ),
+        (rule(params=named(seed=3), wildcards=named(seed="3")), lambda seed: None, {"seed": 3}),
         (rule(named(frames="a/f")), lambda frames: None, {"frames": "a/f"}),
-        (
-            rule(CAPTURE),
-            lambda folder, split: None,
-            {"folder": "r/d/s", "split": "r/d/s/x"},
-        ),
+        (rule(CAPTURE), lambda folder, split: None, {"folder": "r/d/s", "split": "r/d/s/x"}),
         (rule(output=named(frames="r/d/f")), lambda folder: None, {"folder": "r/d"}),
         (
             rule(SEVERAL),

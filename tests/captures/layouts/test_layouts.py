@@ -136,12 +136,8 @@ def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
     whole = read_capture(tmp_path / "raw", long_side=32)
     for _ in range(2):  # a second run replaces the first
         save(tmp_path / "raw", tmp_path / "out", at_least=20, long_side=32, reading={})
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "frames.parquet",
-        "images.npy",
-        "masks.npy",
-        "points.parquet",
-    ]
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["frames.parquet", "images.npy", "masks.npy", "points.parquet"]
     stored = Capture.load(tmp_path / "out")
     np.testing.assert_array_equal(stored.images, whole.images)
     np.testing.assert_array_equal(stored.masks, whole.masks)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from evaluation_files import FACTS
+from selection_problems import around as posed
 from selection_problems import capture_of
 from small_captures import ring
 from small_sweep import RECONSTRUCTION, run_trials
@@ -25,12 +26,9 @@ ASKED = {"k": 6, "draws": 2, "targets": 4, "seed": 1}
 
 def around(frames=24, size=(32, 24)):
     """Cameras on a circle that look at the origin, and a mask of the middle of every image."""
-    poses = ring(frames)
-    centers = -np.einsum("nij,ni->nj", poses[:, :, :3], poses[:, :, 3])
-    capture = capture_of(centers, poses[:, :, :3], size=size)
     masks = np.zeros((frames, size[1], size[0]), bool)
     masks[:, 10:14, 14:18] = True
-    return replace(capture, masks=masks)
+    return replace(posed(ring(frames), size), masks=masks)
 
 
 def test_the_reference_point_by_hand():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from coloured_wall import psnr, wall
+from coloured_wall import in_another_world, psnr, wall
 
 from fsel.core.capture import Views
 from fsel.core.limits import THREADS
@@ -72,17 +72,6 @@ def test_stop_keeps_the_model_so_far(capture):
     whole = Gaussians(capture, **QUICK).fit(np.arange(4), stop=lambda: False)
     assert whole.steps == 60
     assert psnr(whole, capture, np.arange(4)) > psnr(model, capture, np.arange(4))
-
-
-def in_another_world(capture, scale, shift):
-    """The same capture with every length multiplied and the origin elsewhere."""
-    rotation, translation = capture.world_to_camera[:, :, :3], capture.world_to_camera[:, :, 3]
-    translation = scale * translation - rotation @ np.asarray(shift, float)
-    return replace(
-        capture,
-        world_to_camera=np.concatenate([rotation, translation[:, :, None]], axis=2),
-        points=replace(capture.points, xyz=scale * capture.points.xyz + shift),
-    )
 
 
 @pytest.mark.parametrize("begin", ["splats", "points"])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from coloured_wall import psnr, wall
+from coloured_wall import in_another_world, psnr, wall
 
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.radiance_field import RadianceField
@@ -31,11 +31,8 @@ def test_training_and_held_out_views_are_learned(capture):
 
 
 def test_a_shifted_and_scaled_world_gives_the_same_images(capture):
-    frames, shift = np.array([0, 3, 6, 7]), np.array([4e5, -3e5, 5e5])
-    poses = capture.world_to_camera.copy()
-    poses[:, :, 3] = 100 * poses[:, :, 3] - poses[:, :, :3] @ shift
-    points = replace(capture.points, xyz=100 * capture.points.xyz + shift)
-    moved = replace(capture, world_to_camera=poses, points=points)
+    frames = np.array([0, 3, 6, 7])
+    moved = in_another_world(capture, 100, [4e5, -3e5, 5e5])
     images = [
         RadianceField(c, **QUICK).fit(frames).render(c.view(np.arange(8))) for c in (capture, moved)
     ]

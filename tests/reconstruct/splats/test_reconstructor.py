@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
+from selection_problems import problem_of
 from textured_walls import textured_wall
 from watched_images import Watched
 
-from fsel.core.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor
 from fsel.reconstruct.splats import planes as frames_module
@@ -191,19 +192,10 @@ def test_depth_ranges_against_a_plain_loop():
 
 def test_reconstruction_does_not_depend_on_the_worlds_frame():
     capture = textured_wall()
-    turn, shift, scale = Rotation.random(rng=np.random.default_rng(1)).as_matrix(), [3, -2, 9], 7.0
-    rotation = capture.world_to_camera[:, :, :3] @ turn.T
-    translation = scale * capture.world_to_camera[:, :, 3] - rotation @ shift
-    moved = Capture(
-        capture.names,
-        np.concatenate([rotation, translation[:, :, None]], axis=2),
-        capture.intrinsics,
-        capture.images,
-        capture.sequences,
-        replace(capture.points, xyz=scale * capture.points.xyz @ turn.T + shift),
-    )
+    turn = Rotation.random(rng=np.random.default_rng(1)).as_matrix()
+    other = moved(problem_of(capture, [0], [1]), turn, np.array([3, -2, 9]), 7.0).capture
     frames = np.array([0, 2, 3, 5, 7])
-    scores = [Evaluator.on_frames(Splats(c), np.array([1, 4]))(frames) for c in (capture, moved)]
+    scores = [Evaluator.on_frames(Splats(c), np.array([1, 4]))(frames) for c in (capture, other)]
     np.testing.assert_allclose(scores[0], scores[1], rtol=0.02)
 
 

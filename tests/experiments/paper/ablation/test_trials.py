@@ -280,9 +280,8 @@ def test_the_table_of_features_marks_what_is_shown(tmp_path):
     feature_sweep(measured, [*trials.values()], *paths, **settings)
     lines = paths[0].read_text().splitlines()
     marked = {line.split(" & ")[0]: line for line in lines if r"\bullet" in line}
-    assert {name: line.count("bullet") for name, line in marked.items()} == {
-        "1": 18, "6": 13, "37": 1,
-    }  # fmt: skip
+    counts = {name: line.count("bullet") for name, line in marked.items()}
+    assert counts == {"1": 18, "6": 13, "37": 1}
     assert all(line.count("&") == 20 for line in marked.values())
     assert "& rank-normalized & $+0.00$" in marked["6"]
     assert r"&  & $\mathbf{-1.00}$" in marked["37"]
