@@ -150,7 +150,7 @@ def test_what_is_allowed_fits_and_one_more_would_not(trainer, frames):
 
 @pytest.mark.parametrize("threshold", [0, -0.1, np.inf, np.nan])
 def test_a_threshold_that_is_none_is_refused(threshold):
-    with pytest.raises(ValueError, match=r"allowed: numbers above 0, in dB a frame\. Hint: 0\.02"):
+    with pytest.raises(ValueError, match="allowed: numbers above 0, in dB a frame"):
         Auto(threshold)
 
 
