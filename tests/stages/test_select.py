@@ -13,7 +13,7 @@ def test_selections_nest_and_spare_the_targets(scene, swept):
     picks = pd.read_parquet(swept[0] / "selections.parquet").sort_values("order")
     nearest = picks[picks["method"] == "nearest"].groupby("k")["frame"].agg(list)
     assert nearest[3] == nearest[5][:3]
-    assert picks.loc[picks["method"] == "all", "k"].unique().tolist() == [36]
+    assert picks.loc[picks["method"] == "all", "k"].unique().tolist() == [32]
     pools = picks.groupby("method")["pool"].unique().map(list).to_dict()
     assert pools == {name: [method.pool] for name, method in METHODS.items()}
     proxies = set(problem.proxies)

@@ -72,7 +72,7 @@ def test_every_rule_has_what_its_function_takes(rules):
 
 def test_a_rule_is_named_as_its_function_or_a_variant_of_it(rules):
     names = {rule.name for rule in rules}
-    assert {"train", "train_no_appearance", "ingest_masked", "features_labelled"} <= names
+    assert {"train", "train_no_appearance", "features_labelled"} <= names
     for rule in rules:
         function = function_of(rule.name)
         verbs = [name.split("_")[0] for name in (rule.name, function.__name__)]

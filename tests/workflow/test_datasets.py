@@ -39,7 +39,7 @@ def test_results_may_lie_anywhere_else():
         ({"scenes": ["a"]}, ["exactly one of `embedded`, `root` and `fetch`, got []"]),
         ({"fetch": None, "scenes": ["a"]}, ["exactly one of", "got ['fetch']"]),
         ({"fetch": "mipnerf360", "root": ".", "scenes": ["a"]}, ["got ['fetch', 'root']"]),
-        ({"root": ".", "scenes": {"evaluation": 2}}, ["asks for 2 scenes, 0 are there"]),
+        ({"root": ".", "scenes": {"evaluation": 2}}, ["2 scenes", "mine.scenes"]),
         ({"fetch": "kitti", "scenes": ["a"]}, ["'kitti'", "mipnerf360"]),
         ({"fetch": "scannetpp_dslr", "scenes": ["a"]}, ["https://scannetpp.mlsg.cit.tum.de"]),
         ({"fetch": "mipnerf360", "scenes": ["barn"]}, ["['barn']", "treehill"]),
