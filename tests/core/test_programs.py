@@ -30,16 +30,16 @@ def test_how_a_program_may_end(tmp_path, text, outcome, said):
 
 
 def test_a_program_that_takes_too_long_is_ended_with_its_children(tmp_path):
-    child = f"import time; time.sleep(2); open({str(tmp_path / 'late')!r}, 'w')"
+    child = f"import time; time.sleep(6); open({str(tmp_path / 'late')!r}, 'w')"
     text = (
         "import subprocess, sys, time; print('begun', flush=True); "
         f"subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(60)"
     )
     started = time.monotonic()
-    failure = ended(tmp_path, text, timeout=1)
+    failure = ended(tmp_path, text, timeout=4)
     assert (failure.outcome, failure.log) == ("timeout", "begun")
     assert time.monotonic() - started < 20
-    time.sleep(1.5)
+    time.sleep(2.5)
     assert not (tmp_path / "late").exists()
 
 
