@@ -36,7 +36,7 @@ def centered(points: np.ndarray) -> np.ndarray:
     return offset - offset.mean(axis=0)
 
 
-def spread(centers: np.ndarray) -> tuple[np.ndarray, float]:
+def distances_from_middle(centers: np.ndarray) -> tuple[np.ndarray, float]:
     """Return (N,) distances of (N, 3) centres from their median, and a spread for most of them.
 
     It is the distances' 95th percentile, or the largest where that is zero; world units.

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.core.capture import Capture
 from fsel.core.files import Columns, chosen, read_columns
-from fsel.core.geometry import pairwise_distances, pose_distance, spread
+from fsel.core.geometry import distances_from_middle, pairwise_distances, pose_distance
 
 STRAY = 10.0  # times the spread of the cameras, beyond which a camera's pose is taken to be wrong
 
@@ -124,7 +124,7 @@ def plausible(capture: Capture) -> np.ndarray:
 
     One such pose decides the mean and deviation of every distance, and with them the features.
     """
-    distance, radius = spread(capture.centers)
+    distance, radius = distances_from_middle(capture.centers)
     return np.flatnonzero(distance <= STRAY * radius)
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.geometry import pixel_centers, spread
+from fsel.core.geometry import distances_from_middle, pixel_centers
 from fsel.core.points import grouped_rows
 from fsel.reconstruct.splats import stereo
 
@@ -61,7 +61,7 @@ def depth_range(capture: Capture) -> np.ndarray:
     """
     n = len(capture)
     if capture.points is None or len(capture.points.track_point) == 0:
-        extent = 2 * spread(capture.centers)[1] or 1.0
+        extent = 2 * distances_from_middle(capture.centers)[1] or 1.0
         return np.tile([0.15 * extent, 4 * extent], (n, 1))
     track = capture.points
     rows = capture.world_to_camera[track.track_frame, 2]
