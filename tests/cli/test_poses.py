@@ -16,10 +16,10 @@ from small_captures import record_of, run, select, state_orientation, write_vide
 
 from fsel.captures import opening
 from fsel.captures.colmap.estimator import Estimator
+from fsel.captures.colmap.runs import plan
 from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
 from fsel.captures.opening import Opening
-from fsel.captures.poses.plan import plan
 from fsel.captures.sampling import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))

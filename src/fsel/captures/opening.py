@@ -18,7 +18,7 @@ from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import OWN, Estimator, checked
-from fsel.captures.colmap.runs import MIN_PLACED, Work
+from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.files import Video, VideoFrame
@@ -27,7 +27,6 @@ from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
-from fsel.captures.poses.plan import plan
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source, take
 from fsel.core.files import cache, write_text

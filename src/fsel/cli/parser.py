@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any, NoReturn
 
 from fsel.cli.options import (
     add_captures,
@@ -29,9 +30,47 @@ from fsel.cli.options import (
     words,
 )
 from fsel.cli.select_options import add_select
-from fsel.cli.usage import Parser
+from fsel.core.registry import closest
 
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose refusals are short, and name the command or the option that was meant."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, add_help=False)
+        self.add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
+        self._given: list[str] = []
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse as usual; what is left over is refused here, by the command that it was given."""
+        self._given = sys.argv[1:] if args is None else list(args)
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage in a line, and what is wrong, and exit with code 2."""
+        placed = [a for a in self._actions if not a.option_strings and a.nargs != "*"]
+        places = [str(action.metavar or action.dest.upper()) for action in placed]
+        usage = f"usage: {self.prog} {' '.join(places)} [options]; {self.prog} --help lists them"
+        near = self._meant()
+        hint = f". Did you mean {near}?" if near else ""
+        self.exit(2, f"{usage}\n{self.prog}: error: {message}{hint}\n")
+
+    def _meant(self) -> str:
+        """Return the command or option most like the first word that is none."""
+        words = [word.partition("=")[0] for word in self._given]
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                named = next((word for word in words if not word.startswith("-")), "")
+                return "" if named in action.choices else closest(named, action.choices)
+        known = [name for action in self._actions for name in action.option_strings]
+        long = [word for word in words if word.startswith("--") and word != "--"]
+        strange = [word for word in long if not any(name.startswith(word) for name in known)]
+        return closest(strange[0], known) if strange else ""
 
 
 def parser() -> argparse.ArgumentParser:

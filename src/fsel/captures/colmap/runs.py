@@ -17,6 +17,7 @@ from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.previews import Progress, in_silence
+from fsel.core.wording import counted
 
 THREADS = 1  # with more, COLMAP gives other bytes each time
 SEED = 0
@@ -26,6 +27,11 @@ FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
+FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
+PAIR_SECONDS = 0.02, 0.05  # to match a pair, likewise
+MAPPING_SECONDS = 0.6  # seconds a frame and megapixel, placed twice
+PAIRS_BESIDE = 22  # pairs of a frame: 10 next ones, some far ahead, 8 that look alike
+MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
 
 @dataclass(frozen=True)
@@ -231,3 +237,15 @@ def build(
 
 def _batches(items: Sequence, size: int) -> list[list]:
     return [list(items[at : at + size]) for at in range(0, len(items), max(size, 1))]
+
+
+def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
+    """Return the frames and pairs of a run of COLMAP with SIFT, and about how long it takes."""
+    every = frames <= (FEW if ordered else EXHAUSTIVE)
+    matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE
+    size = min(pixels / 1e6, MOST_READ)
+    kept = min(size, MOST_KEPT)
+    each = FRAME_SECONDS[0] + FRAME_SECONDS[1] * size + MAPPING_SECONDS * kept
+    minutes = (frames * each + matched * (PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept)) / cores / 60
+    about = f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"
+    return f"{counted(frames, 'frame')}, {matched:,} pairs: {about} on {counted(cores, 'core')}"

@@ -95,7 +95,7 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
 def unplaced(
     sources: Sequence[Source], taken: SampledFrames, folder: Path
 ) -> tuple[RawCapture, list[Part]]:
-    """Return frames without poses, source after source, and what COLMAP is told of each source."""
+    """Return frames without poses, source after source, and the part of each source for COLMAP."""
     names, parts = [], []
     for source in sources:
         shots = taken.shots.get(source.name, ())

@@ -36,7 +36,7 @@ class Subset:
 
 
 def write_forms(subset: Subset, folder: Path, scene: str) -> None:
-    """Write every form into a folder that holds images/; Long-LRM is told the scene's name."""
+    """Write every form into a folder that holds images/; `scene` names it for Long-LRM."""
     cloud = _write_model(subset, folder)
     listed = [f"images/{name}" for name in subset.names]
     every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
