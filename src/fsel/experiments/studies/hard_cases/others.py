@@ -1,4 +1,4 @@
-"""Hard images, searches and trainings, and scenes to reconstruct."""
+"""Hard images, and scenes to reconstruct."""
 
 from __future__ import annotations
 
@@ -13,23 +13,11 @@ from fsel.core.geometry import pixel_rays
 from fsel.core.points import SparsePoints
 from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, quality, worlds
 from fsel.features.appearance import descriptors
-from fsel.features.columns import INPUTS
 from fsel.metrics import PSNR_CEILING, score_views
 from fsel.reconstruct.splats import Splats
-from fsel.selectors.scorer import WIDTH
-from fsel.training.ordering import order_subset, trajectory_weights
-from fsel.training.search import (
-    GeneticSettings,
-    fitness,
-    genetic_search,
-    random_search,
-    swap_search,
-)
 
 SHAPE = (3, 24, 32, 3)
-C1 = 0.01**2  # of SSIM, for images in 0..1
 EXPECTED = "sharpness 0; a unit descriptor, none for black; SSIM 1 and GMSD 0 with itself"
-K = 6
 DEPTH = 4.0
 SHARE = 20  # one point in so many lies at the odd depth
 # of the wall's depth: the gap between two depth planes there. The last bits of the matching costs
@@ -49,102 +37,6 @@ def blank(level: int) -> CaseOutcome:
     error = max(np.abs(values).max() for values in off)
     observed = f"sharpness {sharp[0]:.2g}; descriptor {length[0]:.6f}; PSNR {scores[0, 0]:.1f} dB"
     return CaseOutcome(observed, float(error) if scores[0, 0] >= PSNR_CEILING else np.inf, 1e-6)
-
-
-def black_against_white() -> CaseOutcome:
-    """PSNR 0 dB and SSIM C1 / (1 + C1): means differ by one and nothing varies."""
-    scores = score_views(np.zeros(SHAPE, np.float32), np.full(SHAPE, 255, np.uint8))
-    finite(scores)
-    error = max(np.abs(scores[:, 0]).max(), np.abs(scores[:, 1] - C1 / (1 + C1)).max())
-    return CaseOutcome(f"PSNR {scores[0, 0]:.3g} dB; SSIM {scores[0, 1]:.6f}", float(error), 1e-9)
-
-
-def equal_fitness() -> CaseOutcome:
-    """Retained subsets of one fitness weigh the same, whatever the fitness is."""
-    error = 0.0
-    for level in (0.0, 1.0, 1 / 3, 1e-300):
-        weights = trajectory_weights(np.full(4, level))
-        finite(weights)
-        error = max(error, float(np.abs(weights - 1).max()))
-    return CaseOutcome("all weights 1" if error == 0 else "weights differ", error, 0.0)
-
-
-def one_fitter_subset() -> CaseOutcome:
-    """Fitnesses apart by one unit in the last place are as good as equal; weights keep mean one."""
-    weights = trajectory_weights(np.array([0.5, 0.5, 0.5, np.nextafter(0.5, 1)]))
-    finite(weights)
-    return CaseOutcome(f"weights {np.round(weights, 4).tolist()}", float(np.ptp(weights)), 1e-3)
-
-
-def equal_metrics() -> CaseOutcome:
-    """Searches that cannot tell subsets apart still return distinct ones of the right size."""
-    problem, rng = worlds.world(), np.random.default_rng(0)
-    pool, centers = problem.candidates, problem.capture.centers
-
-    def flat(subset: np.ndarray) -> np.ndarray:
-        return np.array([20.0, 0.5, 0.1])
-
-    small = GeneticSettings(population=8, farthest=3, uniform=2, generations=3)
-    results = [
-        genetic_search(flat, pool, pool, centers, K, rng, small),
-        random_search(flat, pool, K, 20, rng),
-        swap_search(flat, pool, [pool[:K]], 20, rng),
-    ]
-    error, sizes = 0.0, []
-    for result in results:
-        finite(result.fitness)
-        error = max(error, float(np.abs(result.fitness).max()))
-        distinct = {tuple(np.unique(subset)) for subset in result.subsets}
-        sizes.append(len(distinct))
-        if len(distinct) < len(result.subsets) or any(len(s) < K for s in distinct):
-            error = np.inf
-    return CaseOutcome(f"fitness 0; {sizes} distinct subsets", error, 0.0)
-
-
-def far_metric() -> CaseOutcome:
-    """A PSNR of 1e12 among ordinary ones leaves fitness in 0..1, and right to rounding."""
-    metrics = np.array([[20.0, 0.5, 0.1], [21.0, 0.6, 0.1], [1e12, 0.55, 0.1]])
-    got = fitness(metrics)
-    finite(got)
-    exact = np.array([0.0, (1 / (1e12 - 20) + 1) / 3, (1 + 0.5) / 3])
-    error = float(np.abs(got - exact).max())
-    return CaseOutcome(f"fitness {np.round(got, 6).tolist()}", error, 1e-12)
-
-
-def equal_distances() -> CaseOutcome:
-    """Frames in one place that serve all views alike are taken in their own order."""
-    apart = np.zeros((K, K))
-    orders = [order_subset(np.full((K, 3), value), apart) for value in (0.0, 1e-300, 1e12)]
-    error = max(float(np.abs(order - np.arange(K)).max()) for order in orders)
-    return CaseOutcome("lowest rows first" if error == 0 else str(orders), error, 0.0)
-
-
-def loud_training() -> CaseOutcome:
-    """Inputs that make logits of 10^4: float32 losses against float64 ones."""
-    import torch  # only training needs it
-
-    from fsel.training.imitation import Trajectory, imitation, perceptron, train
-
-    rng = np.random.default_rng(0)
-    items = []
-    for _ in range(3):
-        features = rng.normal(scale=2e5, size=(K, 20, INPUTS)).astype(np.float32)
-        picks = rng.permutation(20)[:K]
-        selectable = np.ones((K, 20), bool)
-        for step in range(K):
-            selectable[step, picks[:step]] = False
-        items.append(Trajectory(features, selectable, picks, 1.0))
-    weights, log = train(items, [], seed=0, epochs=2, learning_rate=1e-3)
-    finite(*weights.values(), log["loss"])
-    torch.manual_seed(0)
-    network, losses = perceptron(WIDTH).double(), []
-    for item in items:
-        scores = network(torch.from_numpy(item.features).double()).squeeze(-1)
-        labels = torch.from_numpy(item.selectable), torch.from_numpy(item.picks)
-        losses.append(imitation(scores, *labels)[0].item())
-    exact, (first, *_, last) = np.mean(losses), log["loss"]
-    error = float(np.abs(first / exact - 1))
-    return CaseOutcome(f"loss {exact:.4g}, after two epochs {last:.4g}", error, 1e-5)
 
 
 def wall(depth: float, odd: float | None = None) -> Capture:
@@ -218,13 +110,6 @@ CASES = (
         Case(f"{name} images", EXPECTED, partial(blank, level))
         for name, level in (("black", 0), ("uniform grey", 119), ("white", 255))
     ),
-    Case("black against white", "PSNR 0 dB; SSIM C1 / (1 + C1)", black_against_white),
-    Case("equal fitness of all retained subsets", "equal weights", equal_fitness),
-    Case("fitness apart by one last bit", "equal weights to rounding", one_fitter_subset),
-    Case("equal metrics of all evaluated subsets", "fitness 0, searches end", equal_metrics),
-    Case("a metric with one outlier of 1e12", "fitness by hand", far_metric),
-    Case("equal distances of a subset to all views", "order of the frames", equal_distances),
-    Case("logits of 1e4, training", "the float64 loss", loud_training),
     Case("a scene with one depth", "that depth", lambda: of_depth(DEPTH, None, PLANE)),
     Case("a scene at depth 1e-4", "that depth", lambda: of_depth(1e-4, None, PLANE)),
     Case("a scene at depth 1e6", "that depth", lambda: of_depth(1e6, None, PLANE)),

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fsel.core.geometry import lengths
 from fsel.core.problem import Problem
 from fsel.evaluation.measuring import Run, picks_at, rng_by_name
 from fsel.evaluation.methods import METHODS
 from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, quality, worlds
 from fsel.features.columns import STATIC
-from fsel.features.static import proxy_points, static_features
+from fsel.features.static import static_features
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.greedy import greedy, standardise
 from fsel.selectors.policies import POLICIES
@@ -117,12 +116,6 @@ def zero_distance(problem: Problem) -> float:
     return float(raw(problem)[3, STATIC.index("d_min_o")])
 
 
-def reference_gap(problem: Problem) -> float:
-    """Distance from the candidate to the reference point that it was put on, world units."""
-    points = proxy_points(problem, problem.capture.view(problem.proxies))
-    return float(lengths(points - problem.capture.centers[problem.candidates[5]]).min())
-
-
 def distinct_first(problem: Problem) -> float:
     """Count the first five picks of DPP and k-medoids that repeat an image."""
     repeats = 0
@@ -194,12 +187,6 @@ CASES = (
         f"{SAME}; distance 0",
         worlds.proxy_on_candidate,
         exact=zero_distance,
-    ),
-    case(
-        "a reference point that coincides with a camera",
-        SAME,
-        worlds.reference_on_camera,
-        exact=reference_gap,
     ),
     case("one proxy", SAME, lambda: worlds.world(targets=1)),
     case("one candidate more than K", SAME, worlds.world, k=worlds.FRAMES - 2 * 5 - 1),

@@ -161,21 +161,6 @@ def proxy_on_candidate() -> Problem:
     return replace(problem, capture=replace(problem.capture, world_to_camera=pose))
 
 
-def reference_on_camera() -> Problem:
-    """A candidate stands at the reference point of a proxy, to rounding."""
-    problem = world()
-    capture, chosen = problem.capture, problem.candidates[5]
-    views = capture.view(problem.proxies)
-    for _ in range(60):  # the reference points follow the candidates' centroid
-        centroid = capture.centers[problem.candidates].mean(axis=0)
-        along = (centroid - views.centers) @ views.axes.T
-        first = int(np.argmax(np.diag(along)))
-        centers = capture.centers.copy()
-        centers[chosen] = views.centers[first] + along[first, first] * views.axes[first]
-        capture = replace(capture, world_to_camera=poses(centers, capture.axes))
-    return replace(problem, capture=capture)
-
-
 def dozens() -> Problem:
     """Every third frame of the world, twelve times."""
     centers, ahead = cloud(5)
