@@ -12,7 +12,7 @@ from fsel.captures.layouts import LAYOUTS
 from fsel.captures.read import POINTS, POSES
 from fsel.features.appearance import KINDS
 from fsel.metrics import REGISTERED
-from fsel.metrics.lpips import PAGES
+from fsel.metrics.published import PICKLES
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.synthetic import FAMILIES
 from fsel.training.labelling import LABELLERS
@@ -34,7 +34,7 @@ def test_lists_of_names_are_those_of_the_registries():
     assert DATASET["points"]["enum"] == list(POINTS)
     assert KEYS["search"]["properties"]["labeller"]["enum"] == list(LABELLERS)
     assert KEYS["appearance"]["properties"]["kind"]["enum"] == list(KINDS)
-    assert KEYS["lpips"]["properties"]["net"]["enum"] == list(PAGES)
+    assert KEYS["lpips"]["properties"]["net"]["enum"] == list(PICKLES)
 
 
 def test_every_option_of_a_reader_is_a_key():

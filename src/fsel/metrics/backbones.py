@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import NamedTuple
 
 import numpy as np
 import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file
 from torch import Tensor
 from torch.nn.functional import adaptive_avg_pool2d, conv2d, max_pool2d
 
@@ -84,21 +85,21 @@ class Lpips:
         self._last: tuple[object, list[Tensor]] | None = None
 
     @classmethod
-    def read(cls, net: str, weights: Path, heads: Path) -> Lpips:
-        """Read the weights and heads from files; the network is on a GPU where there is one.
+    def read(cls, net: str, path: Path) -> Lpips:
+        """Read a file of `published.fetch`; the network is on a GPU where there is one.
 
         Raises:
-            ValueError: for files that do not hold its layers.
+            ValueError: for a file that does not hold its layers.
         """
-        files = {path: _state(path) for path in (weights, heads)}
-        state = {}
+        try:
+            state = load_file(path)
+        except SafetensorError as error:
+            raise ValueError(f"{path}: not a readable file of weights ({error})") from error
         for name, shape in shapes_of(net).items():
-            path = heads if name.startswith("lin") else weights
-            found = files[path].get(name)
-            if found is None or tuple(found.shape) != shape:
-                there = "missing" if found is None else f"{tuple(found.shape)}, not {shape}"
-                raise ValueError(f"{path}: no weights of LPIPS with net {net}: {name} is {there}")
-            state[name] = found
+            if name not in state or tuple(state[name].shape) != shape:
+                there = tuple(state[name].shape) if name in state else "missing"
+                wanted = f"{name} is {there}, not {shape}"
+                raise ValueError(f"{path}: no weights of LPIPS with net {net}: {wanted}")
         return cls(net, state, "cuda" if torch.cuda.is_available() else "cpu")
 
     def features_of(self, images: Tensor) -> list[Tensor]:
@@ -188,16 +189,3 @@ def shapes_of(net: str) -> dict[str, tuple[int, ...]]:
         shapes[f"features.{layer.number}.bias"] = (given,)
     compared = [layer.channels[1] for layer in BACKBONES[net] if layer.compared]
     return shapes | {f"lin{i}.model.1.weight": (1, n, 1, 1) for i, n in enumerate(compared)}
-
-
-def _state(path: Path) -> Mapping[str, Tensor]:
-    from safetensors import SafetensorError
-    from safetensors.torch import load_file
-
-    try:
-        if path.suffix == ".safetensors":
-            return load_file(path)
-        return torch.load(path, map_location="cpu", weights_only=True)
-    except (SafetensorError, UnpicklingError, RuntimeError, EOFError) as error:
-        said = str(error).split("\n")[0]
-        raise ValueError(f"{path}: not a readable file of weights ({said})") from error

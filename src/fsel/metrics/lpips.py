@@ -15,65 +15,42 @@ from fsel.metrics.fused import Metric
 if TYPE_CHECKING:
     from fsel.metrics.backbones import Lpips
 
-PAGES = {
-    "alex": "https://download.pytorch.org/models/alexnet-owt-7be5be79.pth",
-    "vgg": "https://download.pytorch.org/models/vgg16-397923af.pth",
-}
-"""Backbone -> where its weights are, trained on ImageNet by torchvision."""
 NET = "alex"
 """The backbone unless another is named, as of the authors' package."""
-HEAD = "lin0.model.1.weight"  # the first head, as the package `lpips` names it
 
 
-def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
-    """Find the files of the backbone's weights and of the linear heads; no layer is read.
+def located(net: str = NET, weights: str | None = None) -> Path:
+    """Find the file of the weights; no layer is read.
 
     Args:
-        net: a key of `PAGES`.
-        weights: state dict of torchvision's model, .pth or .safetensors, whose heads are those of
-            the package `lpips`; or a file that `published.fetch` wrote, which has both. None for
-            such a file in `downloads` or the user's cache.
+        net: a key of `published.PICKLES`.
+        weights: a file that `published.fetch` wrote; None for the one in `downloads` or the user's
+            cache.
 
     Raises:
-        ValueError, FileNotFoundError: for an unknown backbone, or weights that are not there.
-        ImportError: without torch, or without the package `lpips` where it has the heads.
+        ValueError, FileNotFoundError, ImportError: for an unknown backbone, weights that are not
+            there, or torch that is not installed.
     """
-    if net not in PAGES:
-        raise ValueError(f"lpips.net is {net!r}; allowed: {', '.join(PAGES)}")
+    if net not in published.PICKLES:
+        raise ValueError(f"lpips.net is {net!r}; allowed: {', '.join(published.PICKLES)}")
     path = published.found(net) if weights is None else Path(weights)
     if path is None or not path.is_file():
         raise FileNotFoundError(
-            f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} "
-            f"needs the weights {PAGES[net]} on disk. Hint: `fsel compare --metrics psnr,lpips` "
-            "fetches them, of alex; put gmsd in the place of lpips in `metrics`"
+            f"lpips.weights is {weights and str(weights)!r}, not a file. Hint: leave it out, and a "
+            "run of the workflow or `fsel compare --metrics psnr,lpips` fetches the weights; or put "
+            "gmsd in the place of lpips in `metrics`"
         )
-    whole = _holds_heads(path)
-    for package, extra in (("lpips", "weights"), ("torch", "workflow")):
-        if find_spec(package) is None and not (whole and package == "lpips"):
-            raise ImportError(
-                f"metric 'lpips' needs the package {package}: pip install 'fsel[{extra}]', or put "
-                "gmsd in its place in `metrics`"
-            )
-    spec = None if whole else find_spec("lpips")
-    folders = list(spec.submodule_search_locations or []) if spec else []
-    return path, Path(folders[0], "weights", "v0.1", f"{net}.pth") if folders else path
-
-
-def _holds_heads(path: Path) -> bool:
-    if path.suffix != ".safetensors":
-        return False
-    from safetensors import SafetensorError, safe_open
-
-    try:
-        with safe_open(path, "np") as opened:
-            return HEAD in opened.keys()  # noqa: SIM118 -- no dictionary
-    except SafetensorError:
-        return True  # reading it says what is wrong
+    if find_spec("torch") is None:
+        raise ImportError(
+            "metric 'lpips' needs the package torch: pip install 'fsel[workflow]', or put gmsd in "
+            "its place in `metrics`"
+        )
+    return path
 
 
 def check(net: str = NET, weights: str | None = None) -> None:
     """Read the network before any work starts; arguments and errors are those of `located`."""
-    _network(net, *located(net, weights))
+    _network(net, located(net, weights))
 
 
 def score(
@@ -93,17 +70,17 @@ def score(
     """
     if rendered.shape != truth.shape:
         raise ValueError(f"views of equal size expected: {rendered.shape} against {truth.shape}")
-    network = _network(net, *located(net, weights))
+    network = _network(net, located(net, weights))
     if masks is not None:
         rendered = np.where(masks[..., None], rendered, truth.astype(np.float32) / 255)
     return network.distances(rendered, truth, masks)
 
 
 @cache
-def _network(net: str, weights: Path, heads: Path) -> Lpips:
+def _network(net: str, weights: Path) -> Lpips:
     from fsel.metrics.backbones import Lpips
 
-    return Lpips.read(net, weights, heads)
+    return Lpips.read(net, weights)
 
 
 METRIC = Metric("lpips", "LPIPS", False, score, check=check)

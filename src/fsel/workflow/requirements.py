@@ -55,10 +55,8 @@ def missing_programs(experiment: Experiment) -> list[str]:
         except ValueError as error:
             raise Refusal(str(error), PAGE) from error
     # a check ends at the file that it misses, and a page has all
-    wanted = {"timm": config["appearance"]["kind"] == "dinov2", "lpips": own_lpips}
-    missing = [name for name, needed in wanted.items() if needed and not find_spec(name)]
-    if missing:
-        lines.append(f"packages {', '.join(missing)}: pip install 'fsel[weights]'")
+    if config["appearance"]["kind"] == "dinov2" and not find_spec("timm"):
+        lines.append("package timm: pip install 'fsel[weights]'")
     return lines
 
 
