@@ -49,7 +49,7 @@ BASE, TARGETS, K = 250, 15, 50
 STORED, SIDE = 128, 64  # pixels of the longer side of stored images, and of reconstructions
 PASSED, PHOTOS, RAW = 1000, 40, (640, 480)  # raw: frames a pass, files behind the links, pixels
 SEARCH = {
-    **{"labeller": "genetic", "k": K, "population": 8},
+    **{"k": K, "population": 8},
     "farthest": 3,
     "uniform": 2,
     "generations": 3,

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-SEARCH = {"labeller": "genetic", "k": 4, "evaluations": 5, "stored": 5, "kept": 2}
+SEARCH = {"k": 4, "stored": 5, "kept": 2}
 SEARCH |= {"population": 6, "farthest": 2, "uniform": 2, "generations": 1, "elites": 1}
 SEARCH |= {"tournament": 2, "crossover": 0.8, "mutation": 0.3}
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}

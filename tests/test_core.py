@@ -104,7 +104,7 @@ def program(tmp_path):
         for module, homes in packages_distributions().items()
         if not kept & {canonical(home) for home in homes}
     }
-    assert {"pandas", "pyarrow", "torch", "snakemake", "matplotlib", "skimage", "cma"} <= refused
+    assert {"pandas", "pyarrow", "torch", "snakemake", "matplotlib", "skimage"} <= refused
 
     def run(code):
         done = subprocess.run(

@@ -131,7 +131,7 @@ def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
 def test_missing_weights_are_refused(net, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path))
-    with pytest.raises(FileNotFoundError, match="no/such.safetensors"):
+    with pytest.raises(FileNotFoundError, match=r"no/such.safetensors"):
         checked({"psnr": {}, "lpips": {"net": net, "weights": "no/such.safetensors"}})
     with pytest.raises(FileNotFoundError, match=r"lpips.weights is None"):
         checked(["lpips"])

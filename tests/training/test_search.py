@@ -11,7 +11,6 @@ from fsel.training.search import (
     initial_population,
     offspring,
     random_search,
-    swap_search,
 )
 
 POOL = np.arange(0, 80, 2)
@@ -167,12 +166,6 @@ def test_random_search_meets_its_budget():
     assert len(result.subsets) == 100
     tiny = random_search(additive, POOL[:4], 4, 100, np.random.default_rng(0))
     assert len(tiny.subsets) == 1
-
-
-def test_swap_search_finds_the_optimum_and_beats_its_starts():
-    starts = [POOL[:10], POOL[10:20]]
-    result = swap_search(additive, POOL, starts, 1500, np.random.default_rng(0))
-    np.testing.assert_array_equal(result.subsets[result.best(1)[0]], POOL[-10:])
 
 
 @pytest.mark.parametrize("k", [0, 41])

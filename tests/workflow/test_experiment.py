@@ -22,7 +22,7 @@ def test_scenes_and_problems():
     assert made.problems(1) == ["dl3dv/evaluation00/draw0", "seven_scenes/evaluation00/draw0"]
     assert len(made.problems()) == 4
     assert made.labelled == {"train00": "train", "validation00": "validation"}
-    assert made.refinement_scenes == ["dl3dv/train00"]
+    assert made.budget_scenes == ["dl3dv/train00"]
     assert made.searched_problems() == ["dl3dv/evaluation00/draw0"]
     assert made.labels() == {"dl3dv": "DL3DV", "seven_scenes": "7-Scenes"}
 
@@ -47,7 +47,7 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
     own = ["less_is_more.0.safetensors", "less_is_more_no_appearance.0.safetensors"]
     assert names == [*own, "fsel.0.json", "fsel_rule.0.json"]
-    assert (made.trained, made.labelled, made.refinement_scenes) == ("mine", {}, [])
+    assert (made.trained, made.labelled, made.budget_scenes) == ("mine", {}, [])
     with pytest.raises(Refusal, match="no dataset has `train` scenes"):
         scenes.with_labels(made)
     named = {"weights": {"less_is_more": ["own.safetensors"]}}
@@ -62,15 +62,14 @@ def test_scorers_are_trained_named_or_shipped():
     assert made.weights("less_is_more_no_appearance") == [
         "<results>/selector/no_appearance/seed0.safetensors"
     ]
-    assert made.fsel == ["<results>/selector/fsel/seed0.json"]
+    assert made.fsel == ["<results>/selector/given/fsel.0.json"]
     assert made.scorers[-1] == "<results>/selector/given/fsel_rule.0.json"
     shipped = made.given_scorers["fsel_rule.0.json"]
     assert shipped.endswith("src/fsel/selectors/weights/fsel_rule.json")
     training = SMOKE["training"] | {"weights": {"less_is_more": ["mine.safetensors"]}}
-    named = experiment(training=training, refinement={"seeds": 0})
+    named = experiment(training=training)
     assert named.given_scorers["less_is_more.0.safetensors"] == "mine.safetensors"
     assert named.weights("less_is_more") == ["<results>/selector/given/less_is_more.0.safetensors"]
-    assert named.fsel == ["<results>/selector/given/fsel.0.json"]
 
 
 def test_further_reconstructors_are_folders():

@@ -15,7 +15,6 @@ from fsel.metrics import REGISTERED
 from fsel.metrics.published import PICKLES
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.synthetic import FAMILIES
-from fsel.training.labelling import LABELLERS
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
@@ -32,7 +31,6 @@ def test_lists_of_names_are_those_of_the_registries():
     assert DATASET["embedded"]["properties"]["family"]["enum"] == list(FAMILIES)
     assert DATASET["poses"]["then"]["enum"] == list(POSES)
     assert DATASET["points"]["enum"] == list(POINTS)
-    assert KEYS["search"]["properties"]["labeller"]["enum"] == list(LABELLERS)
     assert KEYS["appearance"]["properties"]["kind"]["enum"] == list(KINDS)
     assert KEYS["lpips"]["properties"]["net"]["enum"] == list(PICKLES)
 

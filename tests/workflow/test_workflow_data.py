@@ -169,7 +169,7 @@ def test_the_paper_s_config_plans_the_sweep(tmp_path):
     assert numbers == {"evaluation": 103, "validation": 50, "train": 70, "object": 20}
     jobs = planned(dry_run(tmp_path, paper_config(tmp_path)))
     counts = {"ingest": 193, "label": 5 * 90, "select": 103, "evaluate": 103}
-    counts |= {"search_oracle": 21, "unpack": 16, "download": 9, "generate": 0, "refine": 0}
+    counts |= {"search_oracle": 21, "unpack": 16, "download": 9, "generate": 0}
     assert {name: jobs[name] for name in counts} == counts
 
 
@@ -180,7 +180,7 @@ def test_the_paper_s_config_plans_every_table(tmp_path):
     assert set(Paper(experiment()).needs()) <= set(jobs)
     counts = {"select_crosscapture": 6, "select_objects": 20, "qualitative": 6}
     counts |= {"select_paired": 21, "evaluate_paired": 21, "evaluate_scorer_arch": 21}
-    counts |= {"evaluate_feature_sweep": 30, "refine": 0}
+    counts |= {"evaluate_feature_sweep": 30}
     assert {name: jobs[name] for name in counts} == counts
 
 

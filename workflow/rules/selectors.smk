@@ -50,32 +50,10 @@ use rule train as train_geometry with:
         **inputs.training(experiment, "less_is_more_geometry"),
 
 
-use rule stage as refine with:
-    input:
-        **inputs.captures(experiment.refinement_scenes, inputs.DESCRIBED),
-    output:
-        weights="<results>/selector/fsel/seed{seed}.json",
-        log="<results>/selector/fsel/seed{seed}.parquet",
-    log:
-        "<results>/logs/refine/seed{seed}.log",
-    benchmark:
-        "<results>/benchmarks/refine/seed{seed}.jsonl"
-    resources:
-        **experiment.resources(8000, 240, "reconstruction", experiment.reconstruction),
-    params:
-        lib=experiment.library("refine", experiment.reconstruction),
-        scenes=experiment.refinement_scenes,
-        seed=lambda wildcards: int(wildcards.seed),
-        settings=experiment.config["refinement"] | {"seed": experiment.config["seed"]},
-        reconstruction=experiment.reconstruction,
-    message:
-        "Refining fsel against reconstruction, seed {wildcards.seed}"
-
-
 use rule stage as budget_curves with:
     input:
         **inputs.capture(inputs.DESCRIBED),
-        weights=experiment.fsel[:1],
+        weights=experiment.fsel,
     output:
         curves="<results>/{dataset}/{scene}/budget_curves.parquet",
     log:
@@ -95,7 +73,7 @@ use rule stage as budget_curves with:
 
 use rule stage as fit_budget with:
     input:
-        curves=inputs.of_problems(experiment.refinement_scenes, "budget_curves.parquet"),
+        curves=inputs.of_problems(experiment.budget_scenes, "budget_curves.parquet"),
     output:
         record="<results>/selector/budget.json",
     log:
@@ -104,6 +82,6 @@ use rule stage as fit_budget with:
         "<results>/benchmarks/fit_budget.jsonl"
     params:
         lib=budget_sources,
-        scenes=experiment.refinement_scenes,
+        scenes=experiment.budget_scenes,
     message:
         "Fitting what `-k auto` predicts by"

@@ -36,9 +36,9 @@ def located(net: str = NET, weights: str | None = None) -> Path:
     path = published.found(net) if weights is None else Path(weights)
     if path is None or not path.is_file():
         raise FileNotFoundError(
-            f"lpips.weights is {weights and str(weights)!r}, not a file. Hint: leave it out, and a "
-            "run of the workflow or `fsel compare --metrics psnr,lpips` fetches the weights; or put "
-            "gmsd in the place of lpips in `metrics`"
+            f"lpips.weights is {weights and str(weights)!r}, not a file. Hint: leave it out: "
+            "a run of the workflow or `fsel compare --metrics psnr,lpips` fetches the weights; or "
+            "put gmsd in the place of lpips in `metrics`"
         )
     if find_spec("torch") is None:
         raise ImportError(

@@ -6,6 +6,8 @@ import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import numpy as np
+
 from fsel.core.capture import Capture
 from fsel.core.files import File, fingerprint, read_columns, write_table
 from fsel.core.problem import Problem
@@ -14,7 +16,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import searched
+from fsel.training.labelling import search_table, searched
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +51,8 @@ def label(
     evaluator = Evaluator.on_frames(reconstructor, split.proxies, metrics=fitness)
     with Journal(labels, fingerprint(inputs, {"config": config, "library": library})) as journal:
         evaluate = journal.remember(f"p{coverage}", evaluator)
-        table = searched(evaluate, problem, split, search, [seed, coverage], fitness)
+        result = searched(evaluate, problem, split, search, np.random.default_rng([seed, coverage]))
+        table = search_table(result, search["stored"], fitness)
         write_table(table, labels, units=units(fitness), config=config)
     best = table["fitness"].max()
     logger.info("p%d: %d subsets, best fitness %.4f", coverage, len(table["rank"]), best)

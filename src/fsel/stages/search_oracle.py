@@ -15,7 +15,10 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import LABELLERS, search_table
+from fsel.training.labelling import search_table, searched
+from fsel.training.search import random_search
+
+SEARCHES = ("search", "random_search")
 
 
 def search_oracle(
@@ -48,10 +51,11 @@ def search_oracle(
     searches, picks = [], []
     with Journal(subsets, fingerprint(inputs, {"config": config, "library": library})) as journal:
         on_proxies = journal.remember("p", evaluator)
-        for name, labeller in (("search", "genetic"), ("random_search", "random")):
-            rng = np.random.default_rng([seed, name_seed(name)])
-            result = LABELLERS[labeller](on_proxies, problem, parts, search, rng)
-            search = {**search, "evaluations": len(result.subsets)}
+        rngs = {name: np.random.default_rng([seed, name_seed(name)]) for name in SEARCHES}
+        found = searched(on_proxies, problem, parts, search, rngs["search"])
+        size = search["k"], len(found.subsets)
+        chance = random_search(on_proxies, parts.candidates, *size, rngs["random_search"])
+        for name, result in zip(SEARCHES, (found, chance), strict=True):
             table = search_table(result, search["stored"], fitness)
             searches.append(table | repeated({"method": name}, len(table["rank"])))
             fittest = result.subsets[result.best(1)[0]]

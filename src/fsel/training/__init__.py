@@ -1,1 +1,1 @@
-"""Search, ordering, imitation and refinement (paper, sections 3.4 and 3.5)."""
+"""Search, ordering and imitation (paper, sections 3.4 and 3.5)."""

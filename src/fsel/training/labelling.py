@@ -1,8 +1,8 @@
-"""The search that labels a problem, as the config asks for it, and its table."""
+"""The search that labels a problem, as the config's section `search` asks for it, and its table."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
@@ -11,47 +11,9 @@ import numpy as np
 from fsel.core.problem import Problem
 from fsel.core.split import Split
 from fsel.metrics import METRICS, Metrics
-from fsel.selectors.baselines.nearest import nearest
-from fsel.training.search import (
-    Evaluate,
-    GeneticSettings,
-    SearchResult,
-    genetic_search,
-    random_search,
-    swap_search,
-)
+from fsel.training.search import Evaluate, GeneticSettings, SearchResult, genetic_search
 
 GENETIC = tuple(field.name for field in fields(GeneticSettings))
-
-Labeller = Callable[
-    [Evaluate, Problem, Split, Mapping[str, Any], np.random.Generator], SearchResult
-]
-
-
-def _genetic(evaluate, problem, split, search, rng) -> SearchResult:
-    """Run the paper's search (Appendix A.2)."""
-    pool, centers = split.candidates, problem.capture.centers
-    settings = GeneticSettings(**{key: search[key] for key in GENETIC})
-    return genetic_search(evaluate, pool, split.region, centers, search["k"], rng, settings)
-
-
-def _swap(evaluate, problem, split, search, rng) -> SearchResult:
-    """Search by hill climbing from the nearest frames."""
-    pool = split.candidates
-    starts = [nearest(problem, pool, search["k"])]
-    return swap_search(evaluate, pool, starts, search["evaluations"], rng)
-
-
-def _random(evaluate, problem, split, search, rng) -> SearchResult:
-    return random_search(evaluate, split.candidates, search["k"], search["evaluations"], rng)
-
-
-LABELLERS: dict[str, Labeller] = {"genetic": _genetic, "swap": _swap, "random": _random}
-"""Searches of the candidates for subsets of search["k"] frames, by the config's `search.labeller`.
-
-They take (K,) frames -> (3,) metrics on the proxies; the problem; its split, whose region feeds the
-genetic search's first population; the config's section `search`; and the only source of chance.
-"""
 
 
 def searched(
@@ -59,19 +21,15 @@ def searched(
     problem: Problem,
     split: Split,
     search: Mapping[str, Any],
-    seeds: Sequence[int],
-    metrics: Metrics = METRICS,
-) -> dict[str, np.ndarray]:
-    """Search one problem's subsets (paper, section 3.4) and return their `search_table`.
+    rng: np.random.Generator,
+) -> SearchResult:
+    """Search a problem's candidates for subsets of `search["k"]` frames (paper, section 3.4).
 
-    Args:
-        evaluate: (K,) frames -> (3,) `metrics` on the proxies.
-        search: the config's section of that name.
-        seeds: of the search: the scene's and the coverage.
+    `evaluate` maps (K,) frames to (3,) metrics on the proxies.
     """
-    rng = np.random.default_rng(seeds)
-    result = LABELLERS[search["labeller"]](evaluate, problem, split, search, rng)
-    return search_table(result, search["stored"], metrics)
+    centers, k = problem.capture.centers, search["k"]
+    settings = GeneticSettings(**{key: search[key] for key in GENETIC})
+    return genetic_search(evaluate, split.candidates, split.region, centers, k, rng, settings)
 
 
 def search_table(

@@ -1,6 +1,6 @@
-"""Subset searches scored by real reconstruction: the paper's, a random one, and a stronger one.
+"""Subset searches scored by real reconstruction: the paper's, and a random one.
 
-All return every distinct subset that they evaluated, and are deterministic given the generator: a
+Both return every distinct subset that they evaluated, and are deterministic given the generator: a
 search that was cut off resumes by replaying with an `evaluate` that remembers.
 """
 
@@ -208,48 +208,6 @@ def random_search(
             break
         archive.row(rng.choice(pool, size=k, replace=False), 0)
     return archive.result()
-
-
-def swap_search(
-    evaluate: Evaluate,
-    pool: np.ndarray,
-    starts: list[np.ndarray],
-    evaluations: int,
-    rng: np.random.Generator,
-) -> SearchResult:
-    """Search by hill climbing: single swaps from several starts, the stronger labeller.
-
-    Each climber in turn replaces one of its frames by another of the pool, half of the time by a
-    neighbour in capture order, and keeps what is fitter. `generation` counts rounds.
-
-    Args:
-        pool: (P,) allowed frames, ascending.
-        starts: subsets of equal size K < P, such as the Nearest frames.
-        evaluations: distinct subsets to evaluate, starts included.
-    """
-    _check_size(len(starts[0]) + 1, pool)
-    archive = _Archive(evaluate)
-    climbers = [np.sort(start) for start in starts]
-    rows = [archive.row(subset, 0) for subset in climbers]
-    generation = 0
-    while len(archive) < evaluations and generation < 4 * evaluations:
-        generation += 1
-        for c, subset in enumerate(climbers):
-            neighbour = _swapped(subset, pool, rng)
-            row = archive.row(neighbour, generation)
-            score = archive.fitness()
-            if score[row] > score[rows[c]]:
-                climbers[c], rows[c] = neighbour, row
-    return archive.result()
-
-
-def _swapped(subset: np.ndarray, pool: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    position = int(rng.integers(len(subset)))
-    free = np.setdiff1d(pool, subset)
-    if rng.random() < 0.5:
-        near = np.argsort(np.abs(free - subset[position]), kind="stable")[:6]
-        free = free[near]
-    return np.sort(np.append(np.delete(subset, position), rng.choice(free)))
 
 
 def _check_size(k: int, pool: np.ndarray) -> None:

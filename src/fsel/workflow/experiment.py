@@ -51,12 +51,10 @@ class Experiment(Settings):
         trained = [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
         return self._given(policy) or trained
 
-    @cached_property
+    @property
     def fsel(self) -> list[str]:
-        """The rules `fsel`: refined here, or the one that comes with the package."""
-        seeds = range(self.config["refinement"]["seeds"])
-        refined = [f"<results>/selector/fsel/seed{seed}.json" for seed in seeds]
-        return refined or self._given("fsel")
+        """The rule `fsel`, which comes with the package."""
+        return self._given("fsel")
 
     @cached_property
     def scorers(self) -> list[str]:

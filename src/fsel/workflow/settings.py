@@ -21,6 +21,7 @@ from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
 PAGE = "config/README.md describes every key"
+BUDGET_SCENES = 3  # of each dataset, that `-k auto` is fitted to
 TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
 Scene = tuple[str, str]  # dataset, scene
 
@@ -135,12 +136,11 @@ class Settings:
         turns = cycle(levels)
         return {scene: sorted(islice(turns, each)) for scene in self.labelled}
 
-    @cached_property
-    def refinement_scenes(self) -> list[str]:
-        """List dataset/scene of the scenes that refinement practises on."""
-        most = self.config["refinement"]["scenes"]
-        scenes = self.scenes
-        return [f"{d}/{s}" for d in self.datasets.entries for s in scenes(d, "train")[:most]]
+    @property
+    def budget_scenes(self) -> list[str]:
+        """List dataset/scene of the first `train` scenes of every dataset, for `fit_budget`."""
+        datasets, scenes = self.datasets.entries, self.scenes
+        return [f"{d}/{s}" for d in datasets for s in scenes(d, "train")[:BUDGET_SCENES]]
 
     def frames_needed(self, role: str) -> int:
         """Return the least frames of a scene: targets, their proxies, and the largest budget."""
@@ -150,10 +150,7 @@ class Settings:
             return int(2 * config["targets"] + max(*budgets, k))
         if role == "object":
             return int(2 * config["targets"] + self.budget_near(30))
-        labels = 2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + k
-        refinement = config["refinement"]
-        practice = 2 * refinement["targets"] + max(refinement["budgets"])
-        return int(max(labels, practice) if refinement["seeds"] else labels)
+        return 2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + k
 
     def budget_near(self, k: int) -> int:
         """Return the largest budget up to a number of frames, or the smallest."""
@@ -207,5 +204,4 @@ def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> 
     named = training["dataset"] in there
     dataset = training["dataset"] if named else next(iter(there), training["dataset"])
     weights = {policy: [shipped(folder, policy)] for policy in TRAINED} | training["weights"]
-    own = {**training, "dataset": dataset, "weights": weights}
-    return {"training": own, "refinement": {**config["refinement"], "seeds": 0}}
+    return {"training": {**training, "dataset": dataset, "weights": weights}}
