@@ -80,7 +80,7 @@ def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path()
     """And the picks are those of the request with that number, off the path too."""
     problem = random_problem(90, 3)
     capture = replace(problem.capture, names=tuple(f"{i:03d}.jpg" for i in range(90)))
-    chosen = fsel.select(capture, "auto")
+    chosen = fsel.select(capture, "auto", patience=0)
     along = targets_of(capture, None).views.subset(np.round(np.linspace(0, 59, 30)).astype(int))
     pool, views = np.arange(90), replace(problem, targets=along, candidates=np.arange(90))
     views = replace(views, targets_unknown=True, proxies=np.arange(30))
@@ -194,3 +194,18 @@ def test_weights_of_another_policy_are_refused(provenance, method, said, tmp_pat
     Network(random_weights(0), provenance).save(tmp_path / "mine.safetensors")
     with pytest.raises(ValueError, match=said):
         method_of(method, tmp_path / "mine.safetensors")
+
+
+def test_dropping_a_pick_changes_that_pick_alone(ring, tmp_path):
+    """By the nearest frame on the ring; a kept frame takes the place instead where there is one."""
+    chosen = fsel.select(ring, 6, patience=0)
+    lost = int(chosen.indices[1])
+    (tmp_path / "frames.txt").write_text("\n".join(chosen.names))
+    always, never = [str(tmp_path / "frames.txt")], [chosen.names[1]]
+    picks = set(chosen.indices.tolist()) - {lost}
+    (other,) = set(fsel.select(ring, 6, always=always, never=never).indices.tolist()) - picks
+    assert other in {(lost - 1) % 24, (lost + 1) % 24}
+    kept = next(i for i in range(24) if i not in picks | {lost, other})
+    wanted = [*always, f"frame_{kept:03d}.jpg"]
+    assert set(fsel.select(ring, 6, always=wanted, never=never).indices) == picks | {kept}
+    assert set(fsel.select(ring, 7, always=wanted).indices) == picks | {lost, kept}

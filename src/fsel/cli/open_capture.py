@@ -43,8 +43,9 @@ def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SID
 
 def inputs_of(args: argparse.Namespace) -> list[Path]:
     """Return the files and folders that a command line names to be read."""
-    named = [*(getattr(args, name, None) for name in READ), *getattr(args, "beside", ())]
-    return [Path(name) for name in named if name is not None and Path(name).exists()]
+    named = [getattr(args, name, None) for name in (*READ, "beside")]
+    words = [word for name in named for word in (name if isinstance(name, list) else [name])]
+    return [Path(word) for word in words if word is not None and Path(word).exists()]
 
 
 def reasons(dropped: dict[str, str]) -> str:

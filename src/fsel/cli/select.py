@@ -30,6 +30,7 @@ from fsel.pages.shown import Commands, ReportContent, frames_shown, picture_side
 from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
+from fsel.selection.export.subset import FRAMES
 from fsel.selection.outcome import Outcome
 from fsel.selection.request import AUTO, CheckedRequest, SelectionRequest, checked_request, vet
 from fsel.selection.select import select_frames
@@ -37,10 +38,11 @@ from fsel.selection.targets import ALL
 from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: keeping the best selection so far; press Ctrl-C again to quit"
-LISTS = {"--always": 1, "--never": 1, "--force": 0}
-WITH_VALUE = ("-k", "--cover", "--cover-share", "--method", "--vram", "--trainer", "--patience")
-AGAINST = dict.fromkeys(WITH_VALUE, 1)
-"""Options that do not go with frames to keep, and how many values each takes."""
+AGAINST = (
+    *("-k", "--always", "--never", "--cover", "--cover-share", "--method", "--vram", "--trainer"),
+    *("--patience", "-o", "--out"),
+)
+"""Options that the command of a page, which changes single picks, leaves out or states itself."""
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -166,7 +168,7 @@ def _shown(
         picked=content["frames"],
         left=content["left"],
         pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
-        commands=commands(args, len(outcome.selection)),
+        commands=commands(args),
         notes=notes(source.found),
     )
 
@@ -217,18 +219,17 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
         yield TimeBudget(patience.seconds, progress)
 
 
-def commands(args: argparse.Namespace, k: int) -> Commands:
-    """Return the command lines that the report of `k` picks offers."""
-    asked = without(args.words, LISTS)
-    keeping = [*without(asked, AGAINST), "-k", str(k)]
-    again = [["fsel", *words, "--force"] for words in (asked, keeping)]
+def commands(args: argparse.Namespace) -> Commands:
+    """Return the command lines that the report offers."""
+    editing = ["fsel", *without(args.words, AGAINST), "-o", f"{args.out}_edit"]
     view = ["fsel", "view", str(args.out), "-o", f"{args.out}.html"]
-    return Commands(*map(shlex.join, (*again, view)))
+    return Commands(shlex.join(editing), str(args.out / FRAMES), shlex.join(view))
 
 
-def without(words: Sequence[str], options: dict[str, int]) -> list[str]:
-    """Return a command line without some options and their values; also abbreviated ones."""
+def without(words: Sequence[str], options: Sequence[str]) -> list[str]:
+    """Return a command line without --force and some options with values; also abbreviated ones."""
     known = argparse.ArgumentParser(add_help=False)
-    for name, values in options.items():
-        known.add_argument(name, action="store" if values else "store_true")
+    known.add_argument("--force", action="store_true")
+    for name in options:
+        known.add_argument(name)
     return known.parse_known_args(list(words))[1]

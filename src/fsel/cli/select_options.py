@@ -18,6 +18,7 @@ from fsel.cli.options import (
     positive,
     size_in_bytes,
     whole,
+    words,
 )
 
 TURNED, UNTURNED = "auto", "none"
@@ -80,8 +81,9 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
         "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
-    for name, text in (("always", "to pick first"), ("never", "never to pick")):
-        group.add_argument(f"--{name}", type=Path, metavar="NAMES", help=f"file of frames {text}")
+    for name, text in (("always", "to pick first"), ("never", "never to pick, which prevails")):
+        text = f"frames {text}: names, or files of names such as frames.txt, between commas"
+        group.add_argument(f"--{name}", type=words, metavar="NAMES", help=text)
     add_keeping(group)
     text = (
         "do not read images: no validation, no pictures in the report, no points if the capture "

@@ -1,43 +1,39 @@
-// Frames that are looked at, kept and dropped; the command and the lists that follow.
+// Frames that are looked at, kept and dropped; the command that follows.
 (() => {
   const data = JSON.parse(document.getElementById('data').textContent);
   const get = (id) => document.getElementById(id);
   const frames = [...document.querySelectorAll('.frame')];
   const marks = data.marks.slice(), lanes = get('timeline');
-  let now = -1, saved = true;
+  let now = -1;
 
   const listed = (mark) => data.names.filter((name, at) => marks[at] === mark);
-  const link = (id, file, names) => {
-    const anchor = get(id);
-    anchor.textContent = `${file} (${names.length})`;
-    anchor.removeAttribute('href');
-    if (!names.length) return;
-    anchor.href = `data:text/plain;charset=utf-8,${encodeURIComponent(`${names.join('\n')}\n`)}`;
-    anchor.download = file;
-  };
+  const quoted = (word) => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`);
   const update = () => {
     const keep = listed('keep'), drop = listed('drop');
     frames.forEach((frame, at) => {
       frame.classList.toggle('keep', marks[at] === 'keep');
       frame.classList.toggle('drop', marks[at] === 'drop');
     });
-    link('keep-file', 'keep.txt', keep);
-    link('drop-file', 'drop.txt', drop);
-    get('command').textContent = (keep.length ? data.keeping : data.asked)
-      + (keep.length ? ' --always keep.txt' : '') + (drop.length ? ' --never drop.txt' : '');
-    get('too-many').hidden = keep.length <= data.k;
+    const lost = marks.filter((mark, at) => mark === 'drop' && data.kinds[at] === 'pick').length;
+    const k = Math.max(data.k, data.k - lost + keep.length);
+    const words = [data.editing, '-k', k, '--always', quoted([data.list, ...keep].join(','))];
+    if (drop.length) words.push('--never', quoted(drop.join(',')));
+    const changed = keep.length + drop.length > 0;
+    get('command').textContent = changed ? words.join(' ') : '';
+    get('command').hidden = get('clear').disabled = !changed;
+    get('marked').textContent = changed ? `Kept: ${keep.length}. Dropped: ${drop.length}.`
+      : 'No frame is marked yet: choose one, and click Keep or Drop.';
   };
   const mark = (word) => {
-    if (now < 0 || (word && data.kinds[now] === 'held')) return;
+    if (now < 0 || fixed(word)) return;
     marks[now] = marks[now] === word ? null : word;
-    saved = false;
     update();
     buttons();
   };
+  const fixed = (word) => data.kinds[now] === 'held' || (word === 'keep' && data.kinds[now] === 'pick');
   const buttons = () => {
-    const fixed = data.kinds[now] === 'held';
     for (const word of ['keep', 'drop']) {
-      get(word).disabled = now < 0 || fixed;
+      get(word).disabled = now < 0 || fixed(word);
       get(word).setAttribute('aria-pressed', String(marks[now] === word));
     }
   };
@@ -78,15 +74,7 @@
     keys[event.key]();
   });
   for (const word of ['keep', 'drop']) get(word).addEventListener('click', () => mark(word));
-  get('keep-picks').addEventListener('click', () => {
-    data.kinds.forEach((kind, at) => { if (kind === 'pick' && !marks[at]) marks[at] = 'keep'; });
-    saved = false;
-    update();
-    buttons();
-  });
   get('clear').addEventListener('click', () => { marks.fill(null); update(); buttons(); });
-  for (const id of ['keep-file', 'drop-file']) get(id).addEventListener('click', () => { saved = true; });
-  window.addEventListener('beforeunload', (event) => { if (!saved) event.preventDefault(); });
 
   lanes.addEventListener('click', (event) => {
     const box = lanes.getBoundingClientRect();
@@ -100,6 +88,6 @@
       frame.hidden = wanted !== 'all' && !frame.classList.contains(wanted);
     });
   });
-  get('wishes').hidden = false;
+  get('wishes').hidden = !data.editing;
   update();
 })();

@@ -33,12 +33,10 @@ FLYING = (
 )
 WISHES = (
     '<section id="wishes" hidden><h2>Keep and drop by hand</h2>'
-    "<p>Save the two lists beside the capture, then run the command in the same folder as this "
-    "one. Kept frames are picked first and count among the picks; the rule picks the rest."
-    '</p><p><a class="button" id="keep-file"></a> <a class="button" id="drop-file"></a> '
-    '<button id="keep-picks">Keep all picks</button> <button id="clear">Clear</button></p>'
-    '<p id="too-many" hidden><b>More frames are kept than -k allows: increase -k.</b></p>'
-    '<pre id="command"></pre></section>'
+    "<p>The command changes only what is marked: the free frame nearest to a dropped pick takes "
+    "its place unless a kept frame does, and all other picks stay. Run it in the folder in which "
+    "this selection was made.</p>"
+    '<p id="marked"></p><pre id="command"></pre><button id="clear">Clear</button></section>'
 )
 DETAIL = (
     '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
@@ -225,18 +223,17 @@ def _tables(shown: ReportContent) -> list[str]:
 def _content(shown: ReportContent, cards: Sequence[Card]) -> dict:
     """Return the content that the page's scripts read."""
     outcome, targets = shown.outcome, shown.outcome.targets
-    wished = dict.fromkeys(targets.always.tolist(), "keep")
-    wished |= dict.fromkeys(targets.never.tolist(), "drop")
+    never = set(targets.never.tolist())
     frames = np.array([card.frame for card in cards])
     return {
         **scene_data(outcome, frames, outcome.seen),
-        "asked": shown.commands.asked,
-        "keeping": shown.commands.keeping,
+        "editing": shown.commands.editing,
+        "list": shown.commands.picks,
         "names": [card.name for card in cards],
         "kinds": [card.kind for card in cards],
         "orders": [card.order for card in cards],
         "texts": [card.text for card in cards],
         "faults": [card.faults for card in cards],
-        "marks": [wished.get(card.frame) for card in cards],
+        "marks": ["drop" if card.frame in never else None for card in cards],
         "k": len(shown.picked),
     }

@@ -25,8 +25,8 @@ WIDEST = 1.5  # times the cameras' own reach: farther points would make one dot 
 class Commands(NamedTuple):
     """Command lines that a report offers."""
 
-    asked: str  # the selection's, without lists of frames
-    keeping: str  # the same for the number of picks, without what does not go with kept frames
+    editing: str  # the selection's, without the number of picks and lists of frames
+    picks: str  # the list of picks that it begins with
     viewing: str  # what shows the selection in three dimensions
 
 

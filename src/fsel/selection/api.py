@@ -77,7 +77,8 @@ def select(
         weights: a scorer that the workflow made, in place of one that comes with the package.
         patience: seconds in which selections are tried on the capture's own frames, or on the
             images of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone.
-            None: ten where nothing but k is stated, else 0. `fsel.TimeBudget` watches or ends it.
+            None: ten where no views and no method are stated, else 0. `fsel.TimeBudget` watches or
+            ends it.
         cover: how often each sparse point that so many frames see is to be seen by the picks, see
             `fsel.selection.multicover`. With k, the method picks what is left of it.
         cover_share: of these points; all often take nearly all frames.
@@ -86,7 +87,8 @@ def select(
             `fsel.selection.focus.Focus`.
         descriptors: (N, D) of every frame, or what measures them of a capture; else `lab_hog`.
         always, never: names or numbers of frames that are selected first, by methods that score
-            frames, and of frames that are not selected; or a file with a name a line.
+            frames, and of frames that are not selected, or files with a name a line. The nearest
+            frame stands in for one of both.
         keep_bad: whether bad frames may be picked. Else they are left out, as `fsel.bad_frames`
             names them, but for a `Capture` that was not read from image files.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.core.geometry import pose_distance
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly
 from fsel.selection.covisible import covisible
@@ -64,6 +65,16 @@ def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str
         "half_nearest": np.concatenate([first, rest]),
         "covisibility": frames[covisible(problem, frames, k, held)],
     }
+
+
+def with_fixed(problem: Problem, frames: np.ndarray) -> np.ndarray:
+    """Return (k,) frames with each fixed pick, in the place of the nearest that is none."""
+    frames, fixed = frames.copy(), problem.fixed_picks
+    centers, axes = problem.capture.centers, problem.capture.axes
+    for pick in np.setdiff1d(fixed, frames):
+        apart = pose_distance(centers[frames], axes[frames], centers[[pick]], axes[[pick]])[:, 0]
+        frames[np.where(np.isin(frames, fixed), np.inf, apart).argmin()] = pick
+    return frames
 
 
 def stretches(count: int, k: int) -> np.ndarray:

@@ -16,24 +16,33 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
+LISTS = (".txt", ".lst", ".list")  # endings of files of frame names
 
 
 def frames_wished(capture: Capture, wish: Wish) -> np.ndarray:
-    """(n,) int64 frames of a list, which may be empty, or a file of them."""
+    """(n,) int64 frames of a wish, which may be empty: names, numbers, and files of names."""
     if wish is None or not is_stated(wish):
         return np.empty(0, np.int64)
-    return (
-        named_in(Path(wish), capture) if isinstance(wish, str | Path) else frames_of(capture, wish)
-    )
+    words = _words(wish)
+    files = [w for w in words if w not in capture.names and Path(w).is_file()]
+    if not files:
+        return frames_of(capture, words or wish)
+    found = [named_in(Path(w), capture) if w in files else frames_of(capture, [w]) for w in words]
+    return np.array(list(dict.fromkeys(np.concatenate(found).tolist())), np.int64)
 
 
 def is_stated(wish: Wish) -> bool:
-    """Return whether frames are named; a file of their names must be there."""
-    if not isinstance(wish, str | Path):
-        return wish is not None and np.size(wish) > 0
-    if not Path(wish).is_file():
-        raise FileNotFoundError(f"{wish}: no such file of frame names, one a line")
-    return True
+    """Return whether frames are named; files of their names must be there."""
+    for word in _words(wish):
+        if Path(word).suffix in LISTS and not Path(word).is_file():
+            raise FileNotFoundError(f"{word}: no such file of frame names, one a line")
+    return wish is not None and np.size(wish) > 0  # type: ignore[arg-type]
+
+
+def _words(wish: Wish) -> list[str]:
+    """Return the names and files of a wish; none where it is of numbers."""
+    words = wish if isinstance(wish, list | tuple) else [wish]
+    return [str(word) for word in words if isinstance(word, str | Path)]
 
 
 def named_in(path: Path, capture: Capture) -> np.ndarray:
@@ -42,7 +51,7 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
     return _numbers(capture, [name for name in names if name], path)
 
 
-def frames_of(capture: Capture, frames: ArrayLike, what: str = "frames") -> np.ndarray:
+def frames_of(capture: Capture, frames: ArrayLike | Wish, what: str = "frames") -> np.ndarray:
     """(n,) int64 frames by name or number, or as a mask of all, each once, in their order.
 
     Raises:

@@ -25,7 +25,7 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.splats import Splats
-from fsel.selection.candidates import EVEN, RULE, candidates, serving
+from fsel.selection.candidates import EVEN, RULE, candidates, serving, with_fixed
 from fsel.selection.validation import (
     STATED,
     WHOLE,
@@ -85,7 +85,7 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
         tried = {RULE: rule} | serving(problem, rule, targets)
     names: dict[tuple[int, ...], str] = {}
     for name, frames in tried.items():
-        names.setdefault(subset_key(frames), name)
+        names.setdefault(subset_key(with_fixed(problem, frames)), name)
     picks = {name: np.array(key) for key, name in names.items()}
     validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]

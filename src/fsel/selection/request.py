@@ -238,8 +238,5 @@ def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str
         return "an object is given"
     if targets.kind != ALL and not but_targets:
         return f"the views to render are given ({targets.kind})"
-    if len(targets.always):
-        return "frames to select always are given"
-    if checked.request.cover or checked.k is None:
-        return "a cover of the points is given"
-    return "the number of frames is automatic" if isinstance(checked.k, Auto) else ""
+    given = checked.request.cover or checked.k is None
+    return "a cover of the points is given" if given else ""

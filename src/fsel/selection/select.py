@@ -36,6 +36,8 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
         targets, health = examined_targets(
             filed, targets, checked.k, reporter, images=request.pictured
         )
+    if isinstance(checked.k, int):
+        targets = targets.with_stand_ins(checked.capture, checked.k)
     examined_at = time.perf_counter()
     capture = checked.capture if opened is None else _as_read(checked, opened, reporter)
     sharpness_of = _sharpness_of(checked, reporter)
@@ -85,7 +87,7 @@ def _selection(
     else:
         frames, scores = ranked(problem, count)
     tried = None
-    if checked.patience.seconds:
+    if checked.patience.seconds and len(problem.fixed_picks) < len(frames):
         from fsel.selection.halving import validated  # here: it imports a reconstructor
 
         tried = validated(problem, frames, checked.patience, targets.frames)

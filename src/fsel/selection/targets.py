@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.geometry import check_poses, pairwise_distances
+from fsel.core.geometry import check_poses, pairwise_distances, pose_distance
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
-from fsel.selection.frames import Wish, frames_of, frames_wished, named_in
+from fsel.selection.frames import LISTS, Wish, frames_of, frames_wished, named_in
 from fsel.selection.paths import camera_path, orbit, trajectory, views_at, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
@@ -22,7 +22,6 @@ WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list o
 ALL = "the whole capture"
 ORBIT, TRAJECTORY = "orbit", "trajectory"
 EVERY = "every:"
-LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
 NO_FRAMES = np.empty(0, np.int64)
 
@@ -41,6 +40,7 @@ class Targets:
         blind: those that see nothing of the object of interest.
         never: those that a person does not want.
         always: those that a person wants: selected first.
+        dropped: those that are wanted and, which counts, unwanted: their neighbours replace them.
         bad: those that are bad, see `fsel.captures.quality`.
     """
 
@@ -51,6 +51,7 @@ class Targets:
     blind: np.ndarray = field(default_factory=lambda: NO_FRAMES)
     never: np.ndarray = field(default_factory=lambda: NO_FRAMES)
     always: np.ndarray = field(default_factory=lambda: NO_FRAMES)
+    dropped: np.ndarray = field(default_factory=lambda: NO_FRAMES)
     bad: np.ndarray = field(default_factory=lambda: NO_FRAMES)
 
     def pool(self, capture: Capture) -> np.ndarray:
@@ -59,19 +60,29 @@ class Targets:
         return np.setdiff1d(np.arange(len(capture)), unwanted)
 
     def wished(self, capture: Capture, always: Wish = None, never: Wish = None) -> Targets:
-        """The same with frames that are always, and never, to be selected.
+        """The same with frames that are always, and never, to be selected; never prevails.
 
         Raises:
             ValueError: for frames that the capture does not have, or that cannot be selected.
         """
         wanted, unwanted = (frames_wished(capture, wish) for wish in (always, never))
-        wished = replace(self, never=unwanted, always=wanted)
-        for frames, why, _ in wished.left_out():
+        gone = np.isin(wanted, unwanted)
+        wished = replace(self, never=unwanted, always=wanted[~gone], dropped=wanted[gone])
+        for frames, why, _ in self.left_out():
             for lost in np.intersect1d(wanted, frames):
                 raise ValueError(
                     f"frame {capture.names[lost]!r} is to be selected always, and {why}"
                 )
         return wished
+
+    def with_stand_ins(self, capture: Capture, k: int) -> Targets:
+        """The same with the nearest free frame of each dropped one, up to k wanted ones."""
+        always, centers, axes = self.always, capture.centers, capture.axes
+        for lost in self.dropped[: k - len(always)]:
+            free = np.setdiff1d(self.pool(capture), always)
+            apart = pose_distance(centers[free], axes[free], centers[[lost]], axes[[lost]])
+            always = np.append(always, free[apart.argmin()])
+        return replace(self, always=always)
 
     def left_out(self) -> list[tuple[np.ndarray, str, str]]:
         """Frames that may not be selected, (n,) numbers, and why, of one and of several."""
@@ -138,7 +149,7 @@ def check_targets(request: Request) -> None:
     elif isinstance(request, str | Path):
         if not Path(request).is_file():
             raise FileNotFoundError(f"{request}: no such file of targets; {allowed}")
-        if Path(request).suffix not in (".json", *LISTS):
+        if Path(request).suffix not in ("", ".json", *LISTS):
             raise ValueError(f"{request}: is no file of targets; {allowed}")
 
 

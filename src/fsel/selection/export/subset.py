@@ -21,6 +21,7 @@ from fsel.selection.export import cloud, placing
 from fsel.selection.export.forms import Subset, transforms, write_forms, write_json
 
 LENSES = 2  # kept at once: the tables of a large image take as much as the image
+FRAMES = "frames.txt"
 TRAIN, TEST = "train", "test"
 SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads the lists in it
 
@@ -72,7 +73,7 @@ def write(
     pixels count. The cameras were checked by `check_cameras`.
     """
     names = "".join(f"{opened.capture.names[i]}\n" for i in picks)
-    (stage / "frames.txt").write_text(names, encoding="utf-8")
+    (stage / FRAMES).write_text(names, encoding="utf-8")
     train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))
