@@ -24,11 +24,8 @@ def missing(package: str, version: str) -> str:
 
 
 def fetch(package: str, version: str, sha256: str, folder: Path) -> Path:
-    """Fetch the one archive, a wheel or a source distribution, with a sha256 into a folder.
-
-    Raises:
-        Unobtainable: when pip does not get it, or its sha256 differs.
-    """
+    """Fetch the one archive, a wheel or a source distribution, with a sha256 into a folder;
+    `Unobtainable` when pip does not get it, or its sha256 differs."""
     wanted = folder / "wanted.txt"
     wanted.write_text(f"{package}=={version} --hash=sha256:{sha256}\n", encoding="utf-8")
     # pip reads the name and version of a source distribution by its setup.py, for which it

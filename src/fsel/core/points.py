@@ -47,10 +47,8 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def quantile_of(values: np.ndarray, keys: np.ndarray, count: int, share: float) -> np.ndarray:
-    """Return the (count,) lower quantile, 0 to 1, of each key's values; NaN for a key without any.
-
-    `values` are (L,), none NaN, and `keys` (L,) int64 below `count`.
-    """
+    """Return the (count,) lower quantile, 0 to 1, of the (L,) values of each of (L,) keys; NaN for
+    a key without any."""
     order = np.lexsort((values, keys))
     bounds = np.searchsorted(keys[order], np.arange(count + 1))
     size = np.diff(bounds)

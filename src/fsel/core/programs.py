@@ -167,13 +167,8 @@ def environment(venv: str | None) -> dict[str, str]:
 
 
 def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
-    """Run a command in a folder to its end, in its own process group; its output goes to log.txt.
-
-    Its environment is `variables`; after `timeout` seconds its processes are killed.
-
-    Raises:
-        Unfinished: for a timeout, full memory, or another exit code than zero.
-    """
+    """Run a command in a folder to its end, in its own process group, its output in log.txt;
+    `Unfinished` for a timeout in seconds, full memory, or another exit code than zero."""
     with (folder / LOG).open("ab") as log:
         process = subprocess.Popen(
             command,

@@ -77,14 +77,8 @@ class Evaluator:
         masked: bool = False,
         metrics: Metrics = METRICS,
     ) -> Evaluator:
-        """Score on (T,) frames of the reconstructor's capture: proxies in a search, else targets.
-
-        With `masked`, compare inside the capture's masks alone.
-
-        Raises:
-            ValueError: for `masked` and a capture without masks, or an unknown metric.
-            FileNotFoundError: for weights of a metric that are not there.
-        """
+        """Score on (T,) frames of the reconstructor's capture, inside its masks alone where
+        `masked`; ValueError for `masked` without masks, or an unknown metric."""
         chosen = checked(metrics)
         capture = reconstructor.capture
         truth = np.asarray(capture.images[frames])
@@ -137,11 +131,8 @@ class Evaluator:
 def evaluators(
     reconstruction: Mapping[str, Any], metrics: Metrics = METRICS, masked: bool = False
 ) -> Callable[..., Evaluator]:
-    """Return a function of capture and targets that keeps what it made for the last two.
-
-    What subsets, draws and trials of a capture share is made once; `reconstruction` is the
-    config's section: name, long_side, settings.
-    """
+    """Return a function of capture and targets that keeps what it made for the last two, so that
+    what subsets, draws and trials of a capture share is made once."""
 
     @lru_cache(2)
     def bound(capture: Capture) -> Reconstructor:

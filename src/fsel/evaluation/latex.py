@@ -40,11 +40,8 @@ def bold_if(leads: bool, text: str) -> str:
 
 
 def difference(value: float, low: float, high: float) -> str:
-    """Format a difference in dB with its 95% interval, bold where that excludes zero.
-
-    NaN bounds, of one draw of one scene, are not printed, and nothing is bold. The text is empty
-    for NaN, which is of a reconstruction that did not finish.
-    """
+    """Format a difference in dB with its 95% interval, bold where that excludes zero; NaN bounds
+    are not printed, and a NaN difference is empty."""
     if np.isnan(value):
         return ""
     sure = low > 0 or high < 0
@@ -67,10 +64,8 @@ def sweep_table(
 ) -> str:
     """Set two datasets side by side, one row a method, one cell a budget.
 
-    Args:
-        datasets: name -> LaTeX label, in order.
-        groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
-        ranked: methods among which the best of a column is set in bold.
+    `datasets` map names to LaTeX labels; `groups` methods to labels, a mapping for each group of
+    rows set apart by a rule; the best of a column among the `ranked` is set in bold.
     """
     keyed = summary.set_index(["dataset", "method", "k", "metric"])
     scenes = summary.groupby("dataset")["n"].max().to_dict()
@@ -194,13 +189,8 @@ class _Sheet:
 
 
 def captures_of(facts: Mapping) -> str:
-    """Say where the captures come from, in LaTeX.
-
-    Args:
-        facts: embedded, real and missing (labels of datasets that are generated, read from disk,
-            and not there), and without_lpips, where GMSD stands in its place; the last two may
-            lack.
-    """
+    """Say where the captures come from, in LaTeX: `facts` has embedded, real and missing labels of
+    datasets, and without_lpips; the last two may lack."""
     captures = []
     if facts["embedded"]:
         names = tex(", ".join(facts["embedded"]))
@@ -218,11 +208,8 @@ def captures_of(facts: Mapping) -> str:
 
 
 def made_by(facts: Mapping) -> str:
-    """Say which captures, reconstructor and appearance descriptor made the numbers, in LaTeX.
-
-    Args:
-        facts: as in `captures_of`, and reconstructor, long_side, descriptor.
-    """
+    """Say which captures, reconstructor and appearance descriptor made the numbers, in LaTeX;
+    beside those of `captures_of`, `facts` has reconstructor, long_side and descriptor."""
     return (
         f"Captures: {captures_of(facts)}. Reconstructor: {printed(facts)}; appearance "
         rf"descriptor: \texttt{{{tex(facts['descriptor'])}}}."

@@ -53,13 +53,8 @@ RngFactory = Callable[[Run, int], np.random.Generator]
 
 
 def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[Run]:
-    """List every method with each of its seeds, then the learned methods, one run a scorer.
-
-    `weights` name their policies; those of one policy are in the order of their seeds.
-
-    Raises:
-        ValueError: for a scorer of none of `fsel.selectors.policies.KNOWN`.
-    """
+    """List every method with each of its seeds, then the learned methods, one run a scorer;
+    ValueError for a scorer of none of `fsel.selectors.policies.KNOWN`."""
     untrained = [Run(method, seed) for method in methods for seed in range(method.seeds)]
     return untrained + learned_runs(weights)
 
@@ -97,10 +92,8 @@ def rng_by_draw(seed: int, draw: int) -> RngFactory:
 def picks_at(
     problem: Problem, run: Run, budgets: Sequence[int], rng_of: RngFactory
 ) -> Iterator[Picks]:
-    """Yield the picks of a run at every budget, in the order of the budgets.
-
-    A nested method runs once, at the largest budget; its other picks are the beginning of those.
-    """
+    """Yield the picks of a run at every budget; a nested method runs once, at the largest, and its
+    other picks are the beginning of those."""
     made = {}
     for k in [max(budgets)] if run.method.nested else budgets:
         rng = rng_of(run, k)
@@ -117,9 +110,8 @@ def select(
 ) -> dict[str, np.ndarray]:
     """Pick frames by every run at every budget, one row a pick; `all` takes `Problem.sequence`.
 
-    Returns:
-        method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
-        from, `candidates` (P) or `observed` (P and O). Units are `PICK_UNITS`.
+    Returned are method, pool (`candidates` or `observed`), seed, k, order, frame, name, seconds, in
+    `PICK_UNITS`.
     """
     parts: list[Columns] = []
     for run in runs:
@@ -136,15 +128,8 @@ def select(
 def measure(
     evaluator: Evaluator, picks: Columns | pd.DataFrame, by: Sequence[str] = SELECTION
 ) -> dict[str, np.ndarray]:
-    """Measure what picks are worth, one row a selection and view.
-
-    Args:
-        picks: what `select` returned, or any table with its columns `frame` and those of `by`.
-        by: columns that tell one selection from another.
-
-    Returns:
-        The columns of `by`, in order of their values; then `measured`'s.
-    """
+    """Measure what picks are worth, one row a selection and view: the columns of `by`, which tell
+    one selection from another, in order of their values, then `measured`'s."""
     parts: list[Columns] = []
     frames: defaultdict[tuple[Any, ...], list[int]] = defaultdict(list)
     columns = (np.asarray(picks[name]).tolist() for name in (*by, "frame"))
@@ -160,12 +145,8 @@ def measure(
 
 
 def measured(evaluator: Evaluator, subset: np.ndarray) -> dict[str, Any]:
-    """Measure what one subset is worth, one row a view.
-
-    Returns:
-        target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
-        primitives, bytes, peak_bytes, device. Units are `measured_units`.
-    """
+    """Measure what one subset is worth, one row a view: target (the frame rendered), the
+    evaluator's metrics, and `COSTS`, in `measured_units`."""
     result = evaluator.measure(subset)
     rows: dict[str, Any] = {"target": evaluator.frames}
     rows |= zip(evaluator.metrics, result.scores.T, strict=True)

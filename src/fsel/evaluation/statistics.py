@@ -89,12 +89,11 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
 
 
 def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
-    """Compute p of the claim that a method is ahead of every one of its rivals.
+    """Compute p of the claim that a method is ahead of every one of its rivals, given (m,) `gaps`
+    to them and their two-sided p; NaN where nothing is known.
 
-    The claim is false if one rival is not behind, so that the weakest of the comparisons decides
-    (intersection-union test, Berger 1982): no rival is chosen, and many rivals cost nothing.
-
-    `gaps` (m,) are method less rival, `p` (m,) two-sided; NaN where nothing is known, and then NaN.
+    The weakest of the comparisons decides (intersection-union test, Berger 1982): no rival is
+    chosen, and many rivals cost nothing.
     """
     return float(np.max(np.where((gaps > 0) | np.isnan(p), p, 1.0)))
 

@@ -26,16 +26,11 @@ Column = tuple[str, str, int]  # metric, method, budget
 def draw_means(
     evaluation: pd.DataFrame, metrics: Collection[str], *, by_seed: bool = False
 ) -> pd.DataFrame:
-    """Average a draw over targets within a seed, then over seeds: one row a method and budget.
+    """Average one draw's evaluation over targets within a seed, then over seeds unless `by_seed`:
+    one row a method and budget.
 
-    Args:
-        evaluation: rows of one draw's evaluation: method, seed, k, target, metrics.
-        by_seed: stop at the seeds: one row each.
-
-    Returns:
-        method, k, seed where asked for, and the metrics. The method `all` has the budget
-        `ALL_FRAMES`. Where a reconstruction did not finish, the metrics are NaN, and the column
-        outcome says why; it is there only then.
+    The method `all` has the budget `ALL_FRAMES`. Where a reconstruction did not finish, the metrics
+    are NaN, and a column outcome says why.
     """
     table = evaluation.assign(k=evaluation["k"].where(evaluation["method"] != "all", ALL_FRAMES))
     means = table.groupby(["method", "k", "seed"])[list(metrics)].mean()
@@ -202,11 +197,8 @@ def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
 
 
 def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
-    """Measure how far a dataset's mean moves with the training seed.
-
-    `runs` have dataset, scene, draw, seed, k and the metric. Returned are dataset, k, std (of a
-    sample; NaN for one seed), seeds, n (scenes), datasets in their order.
-    """
+    """Measure how far a dataset's mean moves with the training seed: dataset, k, std (of a sample;
+    NaN for one seed), seeds, n (scenes)."""
     keys = ["dataset", "k", "seed"]
     scenes = runs.groupby([*keys, "scene"], sort=False)[metric].mean()
     means = scenes.groupby(keys, sort=False).agg(["mean", "size"]).reset_index()

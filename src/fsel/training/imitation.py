@@ -90,13 +90,11 @@ def passes(
     epochs: int,
     learning_rate: float,
 ) -> Iterator[tuple[int, list[float]]]:
-    """Fit a network in place, whatever its kind: Adam, one update a trajectory.
+    """Fit a network in place by Adam, one update a trajectory, whose last entry is its weight w_m;
+    the others are for `cost`.
 
-    The last entry of each trajectory is its weight w_m, the others are for `cost`.
-
-    Yields:
-        The number of passes made, and the mean loss and agreement that the last one met: 0 and
-        nothing before the first update.
+    Yields the number of passes made, and the mean loss and agreement that the last one met: 0 and
+    nothing before the first update.
     """
     # not fused it takes MKL's square root, which ends in other digits on other processors
     optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate, fused=True)
@@ -136,10 +134,8 @@ def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
 def imitation(
     scores: torch.Tensor, selectable: torch.Tensor, picks: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the mean cross-entropy over K steps, and the share whose argmax is the label.
-
-    Scores are (K, n); rows that are not selectable, (K, n), are out of the softmax.
-    """
+    """Return the mean cross-entropy over K steps of (K, n) scores, and the share whose argmax is
+    the label; rows that are not selectable are out of the softmax."""
     logits = scores.masked_fill(~selectable, -torch.inf)
     agreement = (logits.argmax(dim=1) == picks).to(logits.dtype).mean()
     return torch.nn.functional.cross_entropy(logits, picks), agreement

@@ -37,11 +37,8 @@ def labelled_problems(
 def read_problems(
     folder: str | Path, splits: str | Path, features: str | Path | None = None
 ) -> dict[int, Problem]:
-    """Read the problems of a labelled scene, by coverage in per cent, each file once.
-
-    `folder` is a canonical capture with its descriptors; `features` None leaves features to whoever
-    reads them.
-    """
+    """Read the problems of a labelled scene, a described canonical capture, by coverage in per
+    cent; without `features`, whoever reads them computes them."""
     capture = Capture.load(folder)
     described = read_columns(Path(folder) / "descriptors.parquet")
     problems = {

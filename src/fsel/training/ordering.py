@@ -50,11 +50,8 @@ def trajectory_weights(fitness: np.ndarray) -> np.ndarray:
 def ordered_item(
     problem: Problem, labels: Columns, kept: int, source: str | Path = "labels"
 ) -> list[dict]:
-    """Order and weigh the `kept` fittest subsets of a labelled problem, the fittest first.
-
-    Raises:
-        ValueError: naming `source`, for subsets with frames that are no candidates.
-    """
+    """Order and weigh the `kept` fittest subsets of a labelled problem, the fittest first;
+    ValueError naming `source` for frames that are no candidates."""
     by_rank = np.argsort(labels["rank"])
     fittest = by_rank[labels["rank"][by_rank] >= 0][:kept]
     fitness = labels["fitness"][fittest]

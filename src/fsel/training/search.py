@@ -104,14 +104,8 @@ def genetic_search(
     rng: np.random.Generator,
     settings: GeneticSettings | None = None,
 ) -> SearchResult:
-    """Run the paper's search (section 3.4, Appendix A.2).
-
-    Args:
-        pool: (P,) frames that a subset may hold, ascending.
-        region: (R,) frames of the pool inside the target region, in capture order.
-        centers: (N, 3) camera centres of the whole capture.
-        k: subset size, at most P.
-    """
+    """Run the paper's search (section 3.4, Appendix A.2) for subsets of k of the (P,) `pool`, whose
+    (R,) `region` is inside the target region; `centers` are (N, 3)."""
     settings = settings or GeneticSettings()
     _check_size(k, pool)
     archive = _Archive(evaluate)
@@ -137,11 +131,8 @@ def initial_population(
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> list[np.ndarray]:
-    """Return farthest-view, uniformly spaced and random subsets (Appendix A.2).
-
-    A region with fewer than `k` frames is completed by random frames of the pool; where targets and
-    proxies take all of it, the pool is the region.
-    """
+    """Return farthest-view, uniformly spaced and random subsets of the region (Appendix A.2),
+    completed by random frames of the pool."""
     region = region if len(region) else pool
     anchors = rng.permutation(np.resize(region, max(len(region), settings.farthest)))
     subsets = [farthest_views(region, centers, k, int(a)) for a in anchors[: settings.farthest]]
@@ -169,10 +160,8 @@ def offspring(
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> np.ndarray:
-    """Make (k,) ascending frames of one child by tournament, crossover and mutation (Appendix A.2).
-
-    `score` is the fitness of the population's subsets; other arguments are `genetic_search`'s.
-    """
+    """Make (k,) ascending frames of one child by tournament, crossover and mutation (Appendix
+    A.2)."""
     parents = []
     for _ in range(2):
         entrants = rng.choice(len(score), size=min(settings.tournament, len(score)), replace=False)

@@ -22,10 +22,8 @@ Section = Mapping[str, Any]
 
 
 def kinds_of(dataset: Section) -> list[str]:
-    """List where an entry says that its captures come from: one of `KINDS`, unless it is wrong.
-
-    A key that is null does not count, but for a `root` alone: one that is not set yet.
-    """
+    """List where an entry says that its captures come from, of `KINDS`; a key that is null does not
+    count, but for a `root` alone, which is not set yet."""
     given = [kind for kind in KINDS if dataset.get(kind) is not None]
     return given or (["root"] if "root" in dataset else [])
 
@@ -49,13 +47,8 @@ class Datasets:
     def of(
         cls, entries: Mapping[str, Section], sources: Mapping[str, Section], trusted: bool = False
     ) -> Datasets:
-        """Part the datasets of a configuration into what is there and what is not.
-
-        Those that are `trusted` are all taken to be there: folders on disk are not looked at.
-
-        Raises:
-            Refusal: for an entry that no job could serve.
-        """
+        """Part the datasets of a configuration into what is there and what is not, and refuse an
+        entry that no job could serve; `trusted` ones are taken to be there."""
         placed = {name: _placed(name, entry) for name, entry in entries.items()}
         missing = {}
         for name, entry in entries.items():

@@ -130,8 +130,8 @@ class Experiment(Settings):
     def with_obtainable_metrics(self, ask: bool, stored: bool = False) -> Experiment:
         """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had.
 
-        Jobs do not `ask` the package index, since the run has fetched them or goes without. Where
-        results are `stored` elsewhere, jobs do not see what the run fetches.
+        Jobs do not `ask` the package index; where results are `stored` elsewhere, they do not see
+        what the run fetches.
         """
         there = Path(str(self.lpips["weights"])).is_file()
         if not self.fetches_lpips or (there and not stored):
@@ -150,11 +150,8 @@ class Experiment(Settings):
         return replace(self, without_lpips=reason) if reason else self
 
     def fetch_weights(self) -> None:
-        """Fetch the weights of LPIPS before the first job, where it takes them.
-
-        Raises:
-            Refusal: when they cannot be fetched after all.
-        """
+        """Fetch the weights of LPIPS before the first job, where it takes them; refuse the run when
+        they cannot be fetched after all."""
         path = Path(str(self.lpips["weights"]))
         if not self.fetches_lpips or self.without_lpips or path.is_file():
             return
@@ -179,17 +176,14 @@ class Experiment(Settings):
         grows: str = "",
         reconstruction: Section | Choice | None = None,
     ) -> dict[str, Resource]:
-        """Return the memory and minutes of a rule, and a GPU where its reconstructor needs one.
-
-        A job that failed gets twice as much, then three times.
+        """Return the memory and minutes of a rule, and a GPU where its reconstructor needs one; a
+        job that failed gets twice as much, then three times.
 
         Args:
-            memory_mb: of a capture of 10,000 frames, reconstructed at 128 pixels.
-            minutes: likewise.
+            memory_mb, minutes: of a capture of 10,000 frames, reconstructed at 128 pixels.
             grows: with what they grow: `capture`, by frames of the largest one among the inputs;
                 `reconstruction`, by its pixels too; or nothing.
-            reconstruction: the section of its reconstructor, or a function of the wildcards that
-                returns it; None for a rule that does not reconstruct.
+            reconstruction: section of its reconstructor, or a function of the wildcards.
         """
         own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
         pixels = max(1.0, (max(own, default=0) / DECLARED_SIDE) ** 2)
@@ -210,11 +204,8 @@ class Experiment(Settings):
         return found
 
     def library(self, rule: str, reconstruction: Section | Choice | None = None) -> str | Choice:
-        """Return a digest of the library's files that a rule depends on, or a function that does.
-
-        They are those of its `reconstruction`, see `resources`; by default of the first. A digest,
-        since sources among a rule's inputs would be sought in a storage of results.
-        """
+        """Return a digest of the library's files that a rule depends on, or a function that does:
+        sources among a rule's inputs would be sought in a storage of results."""
         module = home_of(rule).partition(":")[0]
         if callable(reconstruction):
             choose = reconstruction
@@ -265,10 +256,7 @@ class Experiment(Settings):
         return {name: entries[name]["label"] for name in chosen}
 
     def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
-        """Return what a caption says of datasets, those in the tables by default, and settings.
-
-        The reconstructor, by default the first, may have a slash at its end.
-        """
+        """Return what a caption says of datasets, those in the tables by default, and settings."""
         name = reconstructor.rstrip("/") or next(iter(self.reconstructors))
         entries, labels = self.datasets.entries, self.labels(names)
         embedded = [labels[d] for d in labels if kinds_of(entries[d]) == ["embedded"]]

@@ -58,11 +58,7 @@ LISTED = {
 
 
 def home_of(rule: str) -> str:
-    """Return `module:function` of a rule; words after a stage's name are those of a variant.
-
-    Raises:
-        ValueError: when there is no stage of the name.
-    """
+    """Return `module:function` of a rule; words after a stage's name are those of a variant."""
     if rule in LISTED:
         return LISTED[rule]
     words = rule.split("_")

@@ -25,10 +25,8 @@ logger = logging.getLogger("fsel")
 
 
 def run(snakemake: Any) -> None:
-    """Call the function of a rule as a job: logged to `snakemake.log[0]`, within its threads.
-
-    The signal TERM, by which a cluster ends jobs, is an exception: unfinished files are removed.
-    """
+    """Call the function of a rule as a job, logged to `snakemake.log[0]`, within its threads; TERM,
+    by which a cluster ends jobs, is an exception, so that unfinished files are removed."""
     handler = logging.FileHandler(snakemake.log[0], mode="w")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     root = logging.getLogger()

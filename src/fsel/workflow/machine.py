@@ -31,11 +31,8 @@ PINNED = {
 
 
 def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
-    """Return the variables that keep libraries to x86-64-v3, to be set before Python starts.
-
-    There are none on other architectures and on older processors, where results agree but for
-    their last digits. Without `cpuinfo`, Linux's list of features, x86-64-v3 is assumed.
-    """
+    """Return the variables that keep libraries to x86-64-v3, set before Python starts; none on
+    other architectures and older processors, whose last digits may differ."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return {}
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
@@ -44,12 +41,8 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
 
 
 def prepare(source: Path, verbose: bool = False) -> None:
-    """Set what every job inherits, unless it is set already; print what is set otherwise.
-
-    Args:
-        source: folder of the library that jobs run, whatever is installed in their image.
-        verbose: print.
-    """
+    """Set what every job inherits, unless it is set already, and print what is set otherwise where
+    `verbose`; `source` is the folder of the library that jobs run."""
     others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, dict.fromkeys([str(source), *others])))
     own = pinned()

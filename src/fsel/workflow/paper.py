@@ -29,11 +29,8 @@ class Paper:
     asks: bool = True  # whether programs must be here; the jobs of a run need not ask again
 
     def targets(self) -> list[str]:
-        """List the paths of the tables and figures that can be made; print what cannot, and why.
-
-        Raises:
-            Refusal: for programs that are named and not here.
-        """
+        """List the paths of the tables and figures that can be made; print what cannot, and why;
+        refuse programs that are named and not here."""
         if lines := self.missing_programs():
             raise Refusal("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
         made, said = self.possible()

@@ -11,11 +11,8 @@ Section = Mapping[str, Any]
 
 
 def named(sections: Section | Sequence[Section], where: str) -> dict[str, Section]:
-    """Name -> section of each reconstructor under the key `where`; `as` gives a name of its own.
-
-    Raises:
-        Refusal: when two have the same name.
-    """
+    """Map the name of each reconstructor under the key `where`, its own by `as`, to its section;
+    refuse two of one name."""
     found: dict[str, Section] = {}
     for section in [sections] if isinstance(sections, Mapping) else sections:
         name = section.get("as", section["name"])

@@ -32,11 +32,8 @@ def check_poses(where: str, poses: str | Section) -> None:
 
 
 def missing_programs(experiment: Experiment) -> list[str]:
-    """List what the run needs besides datasets and is not here, a line each.
-
-    Raises:
-        Refusal: for settings that are wrong in themselves.
-    """
+    """List what the run needs besides datasets and is not here, a line each; refuse settings that
+    are wrong in themselves."""
     named = [("reconstruction", *each) for each in experiment.reconstructors.items()]
     if experiment.labeller != experiment.reconstruction:
         named.append(("search.reconstruction", "labels", experiment.labeller))

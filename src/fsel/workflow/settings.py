@@ -39,13 +39,10 @@ class Settings:
 
     @classmethod
     def load(cls, config: dict[str, Any], folder: Path, asks: bool = True) -> Self:
-        """Put defaults into a configuration and take it apart, without datasets that are not there.
+        """Put defaults into a configuration and take it apart, without datasets that are not there;
+        refuse unknown keys, values that are not allowed, and keys that do not fit together.
 
         A job need not ask where its run has: it may see no other data than its own inputs.
-
-        Raises:
-            Refusal: for an unknown key, a value that is not allowed, or keys that do not fit
-                together.
         """
         schemas = folder / "workflow" / "schemas"
         complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)

@@ -32,17 +32,11 @@ def cross_split(
     targets: int | None = None,
     rng: np.random.Generator | None = None,
 ) -> Split:
-    """Split a capture: targets from a held-out pass, proxies and candidates from the others.
+    """Draw targets from the half of a held-out pass that is nearest to the other passes, proxies
+    and candidates from those.
 
-    Targets come from the half of the held-out pass that is nearest to a frame of the others; its
-    other half is not used. Each target takes one distinct proxy, minimising the summed distance.
-
-    Args:
-        others: further passes of which no frame may be selected.
-        targets: how many are drawn from that half; None for all of it.
-
-    Raises:
-        ValueError: when a pass has too few frames.
+    Each target takes one distinct proxy, minimising the summed distance. No frame of `others` is
+    selected; `targets` None takes all of the half. ValueError for a pass with too few frames.
     """
     of = np.array(capture.sequences)
     away = np.flatnonzero(of == held_out)
@@ -83,10 +77,8 @@ def trials(
 ) -> Iterator[ExperimentCase]:
     """Yield the trials of a room: every held-out pass, and every draw of targets where drawn.
 
-    Args:
-        held_out: passes held out in turn, of none of which frames may be selected; without any,
-            each pass in turn, the others being selected from.
-        targets: drawn of each; None for all of the nearer half, in one draw.
+    Of none of the `held_out` passes may frames be selected; without any, each pass is held out in
+    turn. `targets` None takes all of the nearer half, in one draw.
     """
     kept = thinned(whole.sequences, every)
     capture = whole.subset(kept)
@@ -122,10 +114,8 @@ def crosscapture(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """Write the table "Cross-capture novel view synthesis", from each room and held-out pass.
-
-    Passes of one room are one place to the intervals: their means are averaged first.
-    """
+    """Write the table "Cross-capture novel view synthesis"; passes of a room are one place to the
+    intervals."""
     cells = cells_of(scenes, evaluations, metrics, facts, ["held_out", "draw"])
     cells = cells.assign(dataset=ROOMS, scene=cells["scene"] + "/" + cells["held_out"])
     means = with_leads(cells, list(SHOWN), metrics)

@@ -72,10 +72,8 @@ def ga_vs_learned(
 
 
 def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
-    """Return the means of `ROWS`, and their paired differences to the search's (NaN for itself).
-
-    Draws that the search was not run on are left out; `ahead` and n count scenes.
-    """
+    """Return the means of `ROWS` on the draws that were searched, their paired differences to the
+    search's (NaN for itself), and in how many of n scenes they are `ahead`."""
     cells = cells[cells["method"].isin(ROWS)]
     cells = cells.merge(cells.loc[cells["method"] == SEARCH, PROBLEM], on=PROBLEM)
     result = against(cells, SEARCH)

@@ -23,10 +23,8 @@ def imitation(
     scenes: Mapping[str, str],
     facts: Mapping,
 ) -> None:
-    """Draw loss in nats and agreement on training and validation scenes, a line a seed.
-
-    `logs` is what `fsel.stages.train` wrote, one a seed; `scenes` maps scenes to roles.
-    """
+    """Draw loss in nats and agreement on training and validation scenes, a line a seed, from the
+    logs of `fsel.stages.train`; `scenes` maps scenes to roles."""
     parts = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     table = pd.concat(parts)[["seed", "epoch", "split", *MEASURES]]
     write_csv(table, numbers)

@@ -56,11 +56,8 @@ def seedvar(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """Write the spread of the dataset mean over training seeds, in dB (paper, Table 3).
-
-    `numbers` has the margin over the strongest baseline too, which the spread is to be read
-    against; n counts scenes.
-    """
+    """Write the spread of the dataset mean over training seeds, in dB (paper, Table 3), and beside
+    it in `numbers` the margin over the strongest baseline."""
     runs = sweep_cells(problems, evaluations, facts=facts, by_seed=True)
     spread = seed_spread(runs[runs["method"] == LEARNED], "psnr")
     means = summarise(sweep_cells(problems, evaluations, facts=facts), ["psnr"])

@@ -28,14 +28,8 @@ LEAST = 0.02  # share of the image that the object fills in a view that is asked
 
 
 def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
-    """Draw targets among the frames that show the object; the rest as in `evaluation_split`.
-
-    Args:
-        capture: at the size that is scored, with masks.
-
-    Raises:
-        ValueError: for a capture without masks, or when too few frames show the object.
-    """
+    """Draw targets among the frames that show the object, in masks at the scored size; the rest as
+    in `evaluation_split`. ValueError without masks, or for too few such frames."""
     if capture.masks is None:
         raise ValueError(
             f"{capture.source}: no masks, which say where the object is. Hint: of ScanNet, "
@@ -52,10 +46,8 @@ def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
 
 
 def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
-    """Return the problem with the object's centre as every view's reference point.
-
-    The centre is found from the masks of frames that may be used, never from the targets'.
-    """
+    """Return the problem with the object's centre as every view's reference point, found from the
+    masks of frames that may be used, never from the targets'."""
     problem = Problem.of(capture, split, described)
     return replace(problem, focus=from_capture(problem.capture, problem.observed).center)
 

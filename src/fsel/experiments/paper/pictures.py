@@ -88,8 +88,7 @@ def draw_views(
     Args:
         picked: method, k, order, name of one seed; frames are found in the capture by their names.
         targets: (T,) held-out frames, of which `views` evenly spaced ones are drawn.
-        numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units, the
-            metrics of targets, and each method's seconds of reconstruction and of all renderings.
+        numbers: receives what is drawn; x and y in world units.
         methods: columns, in order; `strongest` is the best other baseline of the paper at k.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
@@ -151,14 +150,8 @@ def draw(
     outputs: Sequence[str | Path],
     note: str,
 ) -> None:
-    """Rows: targets, then the selected cameras in plan view. Columns: the truth, the selections.
-
-    Each rendered image has its error in the corner where those of its row are the least wrong.
-
-    Args:
-        truth: (T, h, w, 3) uint8.
-        places: (N, 2) cameras from above.
-    """
+    """Draw rows of (T, h, w, 3) uint8 targets, then the selected of (N, 2) cameras in plan view;
+    columns are the truth and the selections, each rendered image with its error in a corner."""
     rows, (height, width) = len(truth), truth.shape[1:3]
     wide = TEXT / (len(columns) + 1)
     row = wide * height / width + 0.16

@@ -42,10 +42,8 @@ def pipeline_figure(
 ) -> None:
     """Draw the search's population over generations, and the fittest labels from above.
 
-    Args:
-        folders, splits, labels: of one panel each; the population of the last is drawn.
-        numbers: receives panel, coverage and what is drawn; x, y in world units.
-        scenes: coverage level, ascending, of each panel -> its scene among the trajectories.
+    `folders`, `splits` and `labels` are of one panel each, `scenes` maps its coverage level,
+    ascending, to its scene among the trajectories; `numbers` has x and y in world units.
     """
     *_, widest = scenes
     population = met_until(read_table(labels[-1]))

@@ -38,15 +38,10 @@ def pair_poses(
     at_least: int,
     reading: Mapping,
 ) -> None:
-    """Write two canonical captures of the frames that both sources place.
+    """Write two canonical captures, by the dataset's poses and by the other ones, of the frames
+    that both sources place; ValueError where these are too few.
 
-    Args:
-        given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
-        poses: the other source; reading: further keywords; see `fsel.captures.read.read_folder`.
-        model: folder of a COLMAP model inside the source, for `poses="file"`.
-
-    Raises:
-        ValueError: when both place too few frames.
+    `poses`, `model` and `reading` are keywords of `fsel.captures.read.read_folder`.
     """
     readings = (reading, {**reading, "poses": poses, "model": model})
     with TemporaryDirectory() as first, TemporaryDirectory() as second:
@@ -96,10 +91,8 @@ def pose_sources(
     metrics: Metrics,
     facts: Mapping,
 ) -> None:
-    """Write the table "Estimated poses": ours on both sources, and the difference.
-
-    `names` are of both sources, as the table prints them.
-    """
+    """Write the table "Estimated poses": ours on both sources, printed by `names`, and the
+    difference."""
     cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
     # both sources stand for the methods to compare, each selector for a dataset
     cells = cells.assign(dataset=cells["method"], method=cells["source"])

@@ -31,13 +31,8 @@ def evaluate_reconchoice(
     memory: int,
     config: str,
 ) -> None:
-    """Measure quality, seconds and memory with our picks and with all frames, each on its own.
-
-    Args:
-        split, selections: split.parquet and what `select` wrote of one draw.
-        evaluation: receives `costs_alone`.
-        memory: bytes that one reconstruction may take.
-    """
+    """Measure quality, seconds and memory with our picks and with all frames of one draw, each in a
+    process that may take `memory` bytes, into `costs_alone`'s columns."""
     picks = read_table(selections)
     own = picks[picks["method"] == METHOD].groupby(["k", "seed"])["frame"]
     made = [(k, seed) for k in budgets for seed in seeds if (k, seed) in own.groups]
@@ -59,13 +54,8 @@ def reconchoice(
     memory: int,
     facts: Mapping,
 ) -> None:
-    """Write the table "Comparison across reconstructors".
-
-    Args:
-        evaluations: of all problems of the first reconstructor, then of the next.
-        reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
-        memory: bytes that one reconstruction may take.
-    """
+    """Write the table "Comparison across reconstructors", a block of columns each; `evaluations`
+    are of all problems of the first, then of the next."""
     each = of_each(evaluations, reconstructors)
     parts = {name: cost_means(own, metrics) for name, own in each.items()}
     means = pd.concat(parts, names=["reconstructor"]).reset_index()

@@ -45,11 +45,8 @@ def costs_alone(
     metrics: Metrics = ("psnr",),
     **limits: Any,
 ) -> pd.DataFrame:
-    """Measure quality, seconds and memory of reconstructions, each in a process of its own.
-
-    `subsets` are k (`ALL_FRAMES` for all) and frames of each. Numbers are NaN where a
-    reconstruction did not finish; `outcome` says why.
-    """
+    """Measure subsets, k (`ALL_FRAMES` for all) and frames of each, in processes of their own;
+    numbers are NaN where a reconstruction did not finish, and `outcome` says why."""
     rows = []
     for k, frames in subsets:
         try:
@@ -88,11 +85,9 @@ def measure_costs(
 ) -> None:
     """Measure what reconstruction from ours costs at every budget, and what selecting does.
 
-    Args:
-        weights: one scorer of each variant: ours, and ours denied some features.
-        costs: receives `costs_alone`, `ALL_FRAMES` being all candidates.
-        times: receives variant, k, seconds of one thread: descriptors of all observed frames, where
-            the variant reads them, and the selection.
+    `weights` has one scorer of each variant; `costs` receives `costs_alone`, and `times` variant, k
+    and seconds of one thread: descriptors of all observed frames, where the variant reads them, and
+    the selection.
     """
     problem, targets = Problem.load(folder, split), Split.load(split).targets
     variants = {run.method.name: run for run in learned_runs(weights)}
@@ -124,12 +119,9 @@ def time_quality(
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
-    """Write PSNR, seconds and memory of ours and its variants at every budget and in all.
+    """Write PSNR, seconds and memory of ours and its variants at every budget and with all frames.
 
-    Args:
-        evaluations: what `fsel.stages.evaluate` wrote of the sweep's selections, one a problem.
-        costs, times: what `measure_costs` wrote, one a scene.
-        table, numbers: receive LaTeX, and the columns of `joined`.
+    `evaluations` are of the sweep's selections; `costs` and `times` are what `measure_costs` wrote.
     """
     swept = sweep_cells(problems, evaluations, facts=facts)
     swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
@@ -165,11 +157,8 @@ def time_quality(
 
 
 def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each method and budget: quality, selection and reconstruction times.
-
-    Of the columns, `leads` is being ahead of every other variant with all intervals excluding zero,
-    `selection_s` is 0 for all frames, and n counts scenes.
-    """
+    """Return a row for each method and budget: quality, whether it `leads` with all intervals to
+    the other variants excluding zero, selection and reconstruction seconds, and n scenes."""
     result = summarise(cells, ["psnr"])
     result = result.rename(columns={"mean": "psnr"}).drop(columns=["dataset", "metric"])
     gaps = differences(cells, list(VARIANTS), ["psnr"])

@@ -62,10 +62,9 @@ def transfer(
 ) -> None:
     """Write the table "Cross-reconstructor transfer of selected views".
 
-    Args:
-        evaluations: of all problems of the first reconstructor, then of the next.
-        differences: receives ours and fsel minus every other method, paired, with intervals.
-        reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
+    `evaluations` are of all problems of the first reconstructor, then of the next; `differences`
+    receives ours and fsel minus every other method, paired; `reconstructors` maps a name to what is
+    printed.
     """
     each = of_each(evaluations, reconstructors)
     cells = {name: sweep_cells(problems, own, metrics, facts=facts) for name, own in each.items()}

@@ -29,13 +29,8 @@ def qualitative(
     reconstruction: Mapping,
     methods: Sequence[str] = VIEWED,
 ) -> None:
-    """Draw held-out views rendered from each method's selection, and its cameras from above.
-
-    Args:
-        folder: a canonical capture of the scene with images large enough.
-        selections: what `fsel.stages.select` wrote for it; the first seed of each is shown.
-        numbers, views, k, methods: see `pictures.draw_views`.
-    """
+    """Draw held-out views rendered from each method's first seed, and its cameras from above;
+    `folder` has images large enough, the other arguments are of `pictures.draw_views`."""
     capture, roles = Capture.load(folder), read_table(split)
     targets = frames_of(capture, roles[roles["role"] == "target"]["name"].tolist())
     evaluation = pd.concat([read_table(path) for path in evaluations])
@@ -61,11 +56,8 @@ def real_world(
 ) -> None:
     """Draw targets of the first sequence, rendered from what methods picked among the others.
 
-    Args:
-        folder: a canonical capture of several sequences with images large enough.
-        selected_from: frames.parquet of the capture that was selected from; names connect the two.
-        picks, evaluation: what the jobs of `crosscapture.TRIALS` wrote.
-        numbers, views, k, methods: as of `qualitative`; `all` is every frame of the others.
+    Names connect `folder`, whose images are large enough, with `selected_from`, the frames.parquet
+    of the capture selected from; `picks` and `evaluation` are of `crosscapture.TRIALS`.
     """
     capture = Capture.load(folder)
     every = read_table(evaluation).query("draw == 0")

@@ -60,10 +60,8 @@ def benches(
     k: int,
     reconstruction: Mapping,
 ) -> Iterator[BenchCase]:
-    """Yield the frames nearest to each draw's proxies, compared at its targets, all compiled.
-
-    `generated` are keywords of `true_depth`, None where depth is not known.
-    """
+    """Yield the frames nearest to each draw's proxies, compared at its targets, all compiled;
+    `generated` are keywords of `true_depth`, None where depth is not known."""
     for folder, split, made in zip(folders, splits, generated, strict=True):
         posed, targets = Problem.load(folder, split), Split.load(split).targets
         small = posed.capture.resized(reconstruction["long_side"])
@@ -81,10 +79,8 @@ def benches(
 def measure_cold(
     bench: BenchCase, reconstruction: Mapping, **changes: Any
 ) -> tuple[dict[str, float], Model]:
-    """Reconstruct with nothing cached, with changed settings or `long_side`, and compare.
-
-    Returns psnr in dB, depth_error, fit_seconds, render_seconds, primitives, bytes; and the model.
-    """
+    """Reconstruct with nothing cached, with changed settings or `long_side`; return psnr in dB,
+    depth_error, fit_seconds, render_seconds, primitives and bytes, and the model."""
     long_side = changes.pop("long_side", reconstruction["long_side"])
     settings = {**reconstruction["settings"], **changes}
     capture = bench.capture.resized(long_side)
@@ -150,13 +146,10 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
 def true_depth(
     capture: Capture, frames: np.ndarray, *, family: str, seed: int, recorded: int
 ) -> np.ndarray:
-    """Cast the exact depth of `frames` (T,) anew: the capture's layout may not keep it.
+    """Cast the exact depth of (T,) frames anew: the capture's layout may not keep it.
 
-    Returns:
-        (T, h, w) float64 distance along the optical axis in the capture's units; 0 for sky.
-
-    Raises:
-        ValueError: when names or camera positions are not those of the recording.
+    Returns (T, h, w) distances along the optical axis in the capture's units, 0 for sky; ValueError
+    for a capture of another recording.
     """
     shot, caster, _ = clear_shot(family, seed, recorded)
     rows = {name: i for i, name in enumerate(shot.names)}

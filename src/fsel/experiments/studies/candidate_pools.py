@@ -58,10 +58,7 @@ def _pooled(setting: str, capture: Capture, split: Split, described: pd.DataFram
 
 
 def _entered(setting: str, learned: list[Run]) -> list[Run]:
-    """Ours with the policy of a setting, beside the paper's baselines.
-
-    Only Nearest and `fsel` look at target poses: they stand beside ours where it does.
-    """
+    """Ours with the policy of a setting, beside the baselines that know as much of the targets."""
     ours = [run for run in learned if run.method.name == OURS.name]
     others = runs(PAPER.values())
     if setting == "targets":

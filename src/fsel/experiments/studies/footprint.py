@@ -47,15 +47,12 @@ def measure_alone(
 ) -> dict[str, Any]:
     """Measure one reconstruction in a fresh process, so that no other's memory counts.
 
-    Args:
-        frames: (K,) to reconstruct from; targets: (T,) to render.
-        repeats: fresh reconstructors, of whose seconds the median is taken.
-        memory: bytes that it may take beyond what the process holds before it; None for no limit.
+    `frames` are (K,), `targets` (T,); seconds are medians over `repeats` fresh reconstructors, of
+    the processor, with a GPU of the clock; `memory` is in bytes beyond what the process holds
+    before it.
 
     Returns:
-        fit_seconds and render_seconds, of the processor with nothing cached (by the clock where a
-        GPU is used), the metrics, peak_bytes above the process with everything compiled and the
-        capture bound (started programs count; on a GPU its memory), and device: `cpu` or the GPU.
+        fit_seconds, render_seconds, the metrics, peak_bytes above the process, and device.
 
     Raises:
         Unfinished: when the reconstruction does not finish, or the memory does not suffice.

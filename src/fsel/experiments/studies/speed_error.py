@@ -38,11 +38,10 @@ def speed_error(
     problems: Sequence[str],
     k: int,
 ) -> None:
-    """Draw the figure of three panels and write the table of the same numbers.
+    """Draw the figure of four panels and write the table of the same numbers.
 
-    Args:
-        times: what `fsel.experiments.studies.selection_time` wrote; its smallest pool is drawn.
-        subsets, labels: searched subsets, of the evaluation problems and of training scenes.
+    `times` is what `selection_time` wrote, whose smallest pool is drawn; `subsets` and `labels` are
+    searched subsets, of the evaluation problems and of training scenes.
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
@@ -61,11 +60,8 @@ def speed_error(
 
 
 def progress(subsets: Files, labels: Files) -> pd.DataFrame:
-    """Measure the dB on the proxies that a search loses when it stops early.
-
-    `gap` is the mean PSNR of the fittest subset of the genetic search at its end minus that of the
-    fittest after so many evaluations.
-    """
+    """Measure the dB on the proxies that a search's fittest subset lacks after so many evaluations,
+    to that of the genetic search at its end."""
     curves: dict[str, list[pd.DataFrame]] = {name: [] for name in SEARCHES}
     for path in subsets:
         searches = read_table(path).groupby("method")
@@ -144,11 +140,8 @@ def _setting_row(row) -> list[str]:
 
 
 def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
-    """Compute the mean gap in dB of each method to a reference, where both were measured.
-
-    `cells` have dataset, scene, draw, method, psnr at one budget; means are over draws, then
-    scenes, then datasets.
-    """
+    """Compute the mean gap in dB of each method to a reference, where both were measured: over
+    draws, then scenes, then datasets."""
     wide = cells.pivot(index=["dataset", "scene", "draw"], columns="method", values="psnr")
     if reference not in wide:
         raise ValueError(

@@ -60,15 +60,8 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         return settings_from(ExternalSettings, settings).gpu
 
     def fit(self, frames: np.ndarray) -> ExternalModel:
-        """Have the worker reconstruct from a subset.
-
-        Args:
-            frames: (K,) int64 distinct frames, K >= 2.
-
-        Raises:
-            ValueError: for fewer than two frames, or repeated ones.
-            Unfinished: when the worker fails.
-        """
+        """Have the worker reconstruct from (K,) int64 distinct frames, K >= 2; `Unfinished` when it
+        fails."""
         frames = np.sort(distinct(frames))
         self.twice(self._bind)
         model = ExternalModel(self, next(self._numbers), frames)
@@ -168,11 +161,8 @@ class ExternalModel:
             write_files(self.arrays.folder, own)
 
     def render(self, views: Views) -> np.ndarray:
-        """Return (T, h, w, 3) float32 images in [0, 1].
-
-        Raises:
-            Unfinished: when the worker fails, or leaves a view without an image.
-        """
+        """Return (T, h, w, 3) float32 images in [0, 1]; `Unfinished` when the worker fails, or
+        leaves a view without an image."""
         return self._reconstructor.twice(lambda: self._reconstructor.render(self, views))
 
     def __del__(self) -> None:

@@ -91,11 +91,8 @@ class Worker:
         self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
     def start(self) -> None:
-        """Start the program, unless it runs.
-
-        Raises:
-            Lost: when it does not answer, or states what is not allowed.
-        """
+        """Start the program, unless it runs; `Lost` when it does not answer, or states what is not
+        allowed."""
         if self._process is not None:
             return
         variables = programs.environment(self.settings.venv)
@@ -123,9 +120,8 @@ class Worker:
     def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
         """Return the answer to a request.
 
-        Raises:
-            Lost: when the program ended, took longer than `timeout`, or answered no JSON object.
-            Unfinished: when it answered with an error; it goes on.
+        `Lost` when the program ended, took longer than `timeout`, or answered no JSON object;
+        `Unfinished` when it answered with an error, and goes on.
         """
         if request["do"] != "hello":
             self._asked_at = (self.folder / programs.LOG).stat().st_size
@@ -152,11 +148,8 @@ class Worker:
         return answer
 
     def tell(self, request: Mapping[str, Any]) -> None:
-        """Send a request, or `close`, which has no answer.
-
-        Raises:
-            BrokenPipeError: when the program does not read any more.
-        """
+        """Send a request, or `close`, which has no answer; BrokenPipeError when the program does
+        not read any more."""
         if self._process is None or self._process.stdin is None:
             raise BrokenPipeError
         self._process.stdin.write(json.dumps(request).encode() + b"\n")

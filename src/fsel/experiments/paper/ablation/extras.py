@@ -81,11 +81,8 @@ def rank_normalised(scene: Relations, picked: Sequence[int]) -> np.ndarray:
 
 
 def soft_aggregates(scene: Relations, picked: Sequence[int]) -> np.ndarray:
-    """(n, 3) soft minima of distance and angle and soft maximum of likeness over the proxies.
-
-    The paper does not give the temperature; here it is the deviation over all pairs of frame and
-    proxy, which leaves the result in the unit of its values.
-    """
+    """(n, 3) soft minima of distance and angle and soft maximum of likeness over the proxies, at
+    the temperature of their deviation over all pairs, which the paper does not give."""
     from scipy.special import softmax
 
     columns = []

@@ -48,10 +48,8 @@ def feature_sweep(
     cases: Mapping[str, Mapping],
     facts: Mapping,
 ) -> None:
-    """Tabulate PSNR of every feature configuration minus the first's (paper, "Tested features").
-
-    `trials` wrote one file a case; `cases` maps a name to its `shown` and `added`, in order.
-    """
+    """Tabulate PSNR of every feature configuration minus the first's (paper, "Tested features");
+    `cases` maps the name of each of `trials` to its `shown` and `added`, in order."""
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
     result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, reference)
     write_csv(result, numbers)

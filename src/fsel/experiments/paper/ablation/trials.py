@@ -58,14 +58,8 @@ def view_inputs(scene: Relations) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TrialCase:
-    """A scorer and what it is shown.
-
-    Attributes:
-        module: key of `fsel.experiments.paper.ablation.architectures.MODULES`.
-        settings: of that class.
-        shown: features whose inputs are not held at zero.
-        added: key of `fsel.experiments.paper.ablation.extras.EXTRAS`, or None.
-    """
+    """A scorer, key of `architectures.MODULES` with its settings; the features whose inputs are
+    `shown`, not zero; and a key of `extras.EXTRAS`, or None."""
 
     module: str
     settings: Mapping
@@ -98,11 +92,8 @@ def trial_case(
 ) -> None:
     """Train a case with several seeds and let it pick frames of validation scenes.
 
-    Args:
-        validation_splits: split.parquet of every draw of each of the validation captures.
-        picks: receives the picks, and of the training: parameters, and loss and agreement on the
-            training trajectories after the last pass.
-        trial: name of the case, which is the method of its picks.
+    `validation_splits` are of every draw of each of the captures; `picks` receives the picks,
+    parameters, and loss and agreement on the training trajectories after the last pass.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 

@@ -17,13 +17,8 @@ from fsel.evaluation.evaluator import evaluators
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """Outcome of a case.
-
-    Attributes:
-        observed: in words.
-        error: largest deviation from the float64 or exact answer; its meaning is the case's.
-        allowed: the deviation that rounding explains.
-    """
+    """What a case showed, in words; its largest deviation from the float64 or exact answer; and the
+    deviation that rounding explains."""
 
     observed: str
     error: float
@@ -37,13 +32,8 @@ class CaseOutcome:
 
 @dataclass(frozen=True)
 class Case:
-    """A hard case.
-
-    Attributes:
-        name: as the table prints it.
-        expected: what must hold, in words, beside finite numbers and no warning.
-        run: makes the input, asks the library, and compares.
-    """
+    """A hard case: its name, what must hold beside finite numbers and no warning, and what runs
+    it."""
 
     name: str
     expected: str
@@ -51,11 +41,8 @@ class Case:
 
 
 def observe(case: Case) -> CaseOutcome:
-    """Run a case; what it raises is its finding, with an infinite error.
-
-    Every warning, overflow, division by zero and invalid operation is raised, but no underflow: the
-    exponential of a large negative number is zero to all digits.
-    """
+    """Run a case; what it raises is its finding, with an infinite error: every warning, overflow,
+    division by zero and invalid operation, but no underflow."""
     try:
         with warnings.catch_warnings(), np.errstate(divide="raise", over="raise", invalid="raise"):
             warnings.simplefilter("error")

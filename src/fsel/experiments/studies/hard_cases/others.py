@@ -40,11 +40,8 @@ def blank(level: int) -> CaseOutcome:
 
 
 def wall(depth: float, odd: float | None = None) -> Capture:
-    """Twelve cameras abreast before a painted plane, with points on it and, optionally elsewhere.
-
-    Args:
-        depth: of the plane, world units; baselines and paint are in proportion.
-    """
+    """Twelve cameras abreast before a painted plane, with points on it and, optionally, elsewhere;
+    baselines and paint are in proportion to its depth."""
     n, count = 12, 200
     place = np.zeros((n, 3))
     place[:, 0] = (np.arange(n) - n / 2) * 0.25 * depth / DEPTH

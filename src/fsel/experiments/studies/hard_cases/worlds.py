@@ -79,10 +79,8 @@ def problem_on(capture: Capture, targets: int = TARGETS) -> Problem:
 
 
 def cloud(n: int = FRAMES) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) centres and (n, 3) axes at random.
-
-    Centres are multiples of 2^-10, and so stay exact when 10^7 is added to them.
-    """
+    """(n, 3) centres and (n, 3) axes at random; centres are multiples of 2^-10, and so stay exact
+    when 10^7 is added to them."""
     rng = np.random.default_rng(0)
     ahead = rng.normal(size=(n, 3))
     centers = np.round(rng.normal(size=(n, 3)) * 1024) / 1024
