@@ -16,8 +16,8 @@ check: .venv/installed
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# make the rule `fsel` and the predictor of `-k auto` again, in the package: src/fsel/selectors/weights
-WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
+# make the predictor of `-k auto` again, in the package: src/fsel/selectors/weights
+WEIGHTS = results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
 	.venv/bin/python tools/ship_weights.py $(WEIGHTS)
