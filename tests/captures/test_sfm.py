@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 
 import cv2
 import numpy as np
@@ -11,7 +13,9 @@ from layout_recordings import full
 from scipy.spatial.transform import Rotation
 from small_captures import opengl
 
+from fsel.captures.colmap import runs
 from fsel.captures.colmap.model import write_model
+from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
@@ -88,6 +92,22 @@ def test_points_are_triangulated_onto_the_surfaces_the_same_again(tmp_path):
     assert np.median(off) < 0.02
     assert np.percentile(off, 90) < 0.2
     assert np.bincount(points.track_point).min() >= 2
+
+
+def test_features_and_matches_are_the_same_on_any_number_of_threads(tmp_path, monkeypatch):
+    names, content = [f"{i}.png" for i in range(5)], []
+    shown = render(poses(5))
+    shown[2] //= 4  # features of dim images are looked for apart
+    image_files.write(shown, tmp_path, names)
+    for count in (1, 2):
+        monkeypatch.setenv("FSEL_THREADS", str(count))
+        database = tmp_path / f"{count}.db"
+        runs.extract(database, tmp_path, names, Work())
+        runs.match(database, names, Work())
+        with closing(sqlite3.connect(database)) as stored:
+            content.append(list(stored.iterdump()))
+    assert content[0] == content[1]
+    assert sum("two_view_geometries" in line for line in content[0]) > 10
 
 
 def test_poses_are_found_from_images_alone(tmp_path):

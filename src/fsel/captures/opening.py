@@ -125,7 +125,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            work = Work(place / "matching", threads(), watch=reporter.bar, by=by, features=kind)
+            work = Work(place / "matching", watch=reporter.bar, by=by, features=kind)
             try:
                 found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
             except KeyboardInterrupt:

@@ -120,6 +120,7 @@ def _add_poses(commands) -> None:
     found.add_argument("--by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)
+    _add_threads(command, "1 gives the same poses every time")
     add_output(command, "folder to write")
 
 
@@ -213,5 +214,9 @@ def _add_reconstructor(
 ) -> None:
     command.add_argument("--reconstructor", default="splats", help=text)
     command.add_argument("--steps", type=whole(1), help="optimisation steps of gaussians")
-    text = "number of threads (default: all cores); it does not change the results"
+    _add_threads(command, "it does not change the results")
+
+
+def _add_threads(command: argparse.ArgumentParser, effect: str) -> None:
+    text = f"number of threads (default: all cores); {effect}"
     command.add_argument("--threads", type=whole(1), metavar="N", help=text)

@@ -94,16 +94,8 @@ def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.stack([rows[kept], there[kept]], axis=1).astype(np.uint32)
 
 
-def extract(
-    database: Path,
-    folder: Path,
-    names: Sequence[str],
-    kind: str,
-    mode: pycolmap.CameraMode,
-    reader: pycolmap.ImageReaderOptions,
-) -> None:
-    """Store images, their cameras, and a network's features; see `pycolmap.import_images`."""
-    pycolmap.import_images(database, folder, mode, names, reader)
+def extract(database: Path, folder: Path, names: Sequence[str], kind: str) -> None:
+    """Store a network's features of images that the database has."""
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
             points, descriptors = network(kind).find(image_files.load(folder / name))

@@ -17,9 +17,9 @@ from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.previews import Progress, in_silence
+from fsel.core.limits import threads
 from fsel.core.wording import counted
 
-THREADS = 1  # with more, COLMAP gives other bytes each time
 SEED = 0
 MIN_PLACED = 3
 EXHAUSTIVE = 150  # images up to which all pairs of a set without order are matched
@@ -51,7 +51,6 @@ class Work:
     """Settings of a run of structure from motion."""
 
     folder: Path | None = None  # keeps the database, so that a run that was cut off goes on
-    threads: int = THREADS
     parts: Sequence[Part] = ()  # none for images without order
     watch: Callable[[str], Progress] = lambda label: in_silence  # a step's name -> wraps its loop
     by: Estimator | None = None  # finds the poses; None for COLMAP's incremental mapper
@@ -94,7 +93,11 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 def extract(
     database: Path, folder: Path, names: Sequence[str], work: Work, *, camera_each: bool = False
 ) -> None:
-    """Store features of new images, each with a camera of its own or one for a part and size."""
+    """Store features of new images, each with a camera of its own or one for a part and size.
+
+    Images get their numbers in order before all cores look for features: the database is the same
+    on any number of cores.
+    """
     mode = pycolmap.CameraMode.PER_IMAGE if camera_each else pycolmap.CameraMode.SINGLE
     with pycolmap.Database.open(str(database)) as stored:
         there = stored.read_all_images()
@@ -104,16 +107,17 @@ def extract(
     for name in wanted:
         kind = None if camera_each else (_part_of(name), _size(folder / name))
         groups.setdefault((kind, _contrast(folder / name)), []).append(name)
-    most = IMAGES if work.folder is not None else len(names)
+    most = max(IMAGES, 2 * threads())
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
     for kind, contrast, part in work.watch("features")(batches, len(batches)):
         reader = pycolmap.ImageReaderOptions()
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
+        pycolmap.import_images(database, folder, mode, part, reader)
         if work.features != features.SIFT:
-            features.extract(database, folder, part, work.features, mode, reader)
+            features.extract(database, folder, part, work.features)
             continue
-        options = pycolmap.FeatureExtractionOptions(num_threads=work.threads)
+        options = pycolmap.FeatureExtractionOptions(num_threads=threads())
         options.sift.peak_threshold *= contrast
         pycolmap.extract_features(
             database,
@@ -161,18 +165,13 @@ def _camera_of(database: Path, part: str, size: Size) -> int | None:
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:
     """Match and verify pairs of images; pairs that the database has are passed over."""
-    everything = work.folder is None and not work.parts and len(names) <= EXHAUSTIVE
-    if everything and work.features == features.SIFT:
-        options = pycolmap.FeatureMatchingOptions(num_threads=work.threads)
-        pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
-        return
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     batches = _batches(chosen, PAIRS)
     for part in work.watch("matching")(batches, len(batches)):
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
             features.match(database, named, work.features)  # what is matched is verified below
-        match_pairs(database, named, work.threads)
+        match_pairs(database, named)
 
 
 def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pairs.Pairs:
@@ -194,14 +193,17 @@ def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pair
     return sorted(found)
 
 
-def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) -> None:
-    """Match and verify some pairs of images, by name."""
+def match_pairs(database: Path, names: Sequence[tuple[str, str]]) -> None:
+    """Match and verify some pairs of images, by name; each pair draws its samples by one seed."""
+    verification = pycolmap.TwoViewGeometryOptions()
+    verification.ransac.random_seed = SEED
     listed = database.with_name("pairs.txt")
     listed.write_text("".join(f"{one} {other}\n" for one, other in names), encoding="utf-8")
     pycolmap.match_image_pairs(
         database,
-        matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads),
+        matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads()),
         pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(listed)),
+        verification_options=verification,
         device=pycolmap.Device.cpu,
     )
 
@@ -217,7 +219,7 @@ def build(
 ) -> dict[int, pycolmap.Reconstruction]:
     """Return COLMAP's models, or the one that `start` becomes; cameras are refined."""
     options = pycolmap.IncrementalPipelineOptions(
-        num_threads=work.threads,
+        num_threads=threads(),
         random_seed=seed,
         min_num_matches=features.INLIERS[work.features],
         min_model_size=MIN_PLACED,

@@ -15,7 +15,7 @@ from fsel.captures.colmap import runs
 from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides
 from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
-from fsel.captures.colmap.runs import MIN_PLACED, SEED, THREADS, Work
+from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import RawCapture
@@ -52,10 +52,11 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         runs.extract(database, folder / "images", names, Work(), camera_each=True)
         model = _posed_model(capture, names, database)
         pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
-        runs.match_pairs(database, pairs, THREADS)
+        runs.match_pairs(database, pairs)
         output = folder / "sparse"
         output.mkdir()
-        options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
+        # on more threads, its bytes would be others each time
+        options = pycolmap.IncrementalPipelineOptions(num_threads=1, random_seed=SEED)
         triangulated = pycolmap.triangulate_points(
             model, database, folder / "images", output, options=options
         )
