@@ -57,15 +57,6 @@ class EasyDict(dict):
         self.__dict__ = self
 """
 
-# runs a script with one folder more to import from
-FOUND = """
-import runpy, sys
-sys.path.append({here!r})
-sys.argv = sys.argv[1:]
-sys.path.insert(0, "")
-runpy.run_path(sys.argv[0], run_name="__main__")
-"""
-
 
 @pytest.fixture
 def capture():
@@ -188,113 +179,28 @@ def test_the_trainer_of_gsplat_is_given_all_picks_and_the_targets_follow_its_wor
     np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
 
 
-# ffgs as far as calls go: a pixel is where a camera stands
-FFGS = """
-from types import SimpleNamespace
-import torch
+# fits by writing the scene that Nerfstudio would train on
+SCENE = """
+import sys
+sys.path.insert(0, {recipes!r})
+import nerfstudio
+from fsel_worker import camera_to_world, middle_and_unit, serve
 
-class Cameras:
-    def __init__(self, poses, lenses, size):
-        self.c2w, self.intrinsics, self.size = poses[None], lenses[None], size
+def fit(subset):
+    world = middle_and_unit(camera_to_world(subset.world_to_camera)[:, :3, 3])
+    assert "--auto-scale-poses" in nerfstudio.arguments("data", ["nerfacto", "--steps", "5"])
+    return nerfstudio.write_scene(subset, *world)
 
-class Views:
-    def __init__(self, images, intrinsics, c2w):
-        assert images.dtype == torch.uint8 and images.shape[1] == 3
-        assert intrinsics.shape == (len(images), 3, 3) and c2w.shape == (len(images), 4, 4)
-        self.c2w = c2w
-
-class GSPipeline:
-    processor = SimpleNamespace(config=SimpleNamespace(camera_spread=0.5), camera_input="given")
-
-    @classmethod
-    def from_pretrained(cls, folder, device, local_files_only):
-        assert local_files_only
-        return cls()
-
-    def __call__(self, views):
-        gaussians = SimpleNamespace(num_gaussians=len(views.c2w))
-        return SimpleNamespace(to_world=lambda: SimpleNamespace(gaussians=gaussians))
-
-    def render(self, output, cameras):
-        places = cameras.c2w[0, :, :3, 3] / 8 + 0.5
-        return {"images": [places[:, :, None, None].expand(-1, -1, *cameras.size)]}
+serve(fit, None, needs=["points", "files"])
 """
 
 
-def test_a_model_of_ffgs_is_given_the_selected_cameras_in_its_unit(capture, tmp_path):
-    (tmp_path / "ffgs.py").write_text(FFGS)
-    serve = [sys.executable, "-c", FOUND.format(here=str(tmp_path)), "{recipes}/ffgs.py"]
-    model = External(capture, serve=[*serve, str(tmp_path)]).fit(FRAMES)
-    assert model.primitives == 3
-    images = model.render(capture.view(TARGETS))
-    centers = capture.centers[[0, 3, 5]]
-    unit = np.linalg.norm(centers[1:] - centers[0], axis=1).mean() / 0.5
-    wanted = np.clip((capture.centers[TARGETS] - centers.mean(axis=0)) / unit / 8 + 0.5, 0, 1)
-    assert images.shape == (2, SIZE[1], SIZE[0], 3)
-    np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
-
-
-# Nerfstudio and tyro as far as the worker calls them: a pixel is where the camera stands
-NERFSTUDIO_FILES = {
-    "tyro.py": """
-import json
-from pathlib import Path
-from types import SimpleNamespace
-from nerfstudio.utils.writer import EVENT_WRITERS
-
-ended = []
-
-def cli(union, args):
-    assert union == "union" and args[0] == "nerfacto" and "nerfstudio-data" in args
-    options = dict(zip(args[1:-7:2], args[2:-7:2]))
-    scene = json.loads((Path(options["--data"]) / "transforms.json").read_text())
-    assert len(scene["frames"]) == 3 and options["--steps"] == "5"
-    model = SimpleNamespace(device="cpu", get_outputs_for_camera=lambda camera: camera.seen)
-    model.eval = lambda: model
-    loading = SimpleNamespace(terminate=lambda: ended.append("loading"), join=int)
-    writing = SimpleNamespace(close=lambda: ended.append("writing"))
-    def train():
-        assert len(ended) % 2 == len(EVENT_WRITERS) == 0
-        EVENT_WRITERS.append(SimpleNamespace(tb_writer=writing))
-    pipeline = SimpleNamespace(model=model, datamanager=SimpleNamespace(data_procs=[loading]))
-    trainer = SimpleNamespace(setup=int, train=train, pipeline=pipeline)
-    manager = SimpleNamespace(datamanager=SimpleNamespace(data=None))
-    return SimpleNamespace(set_timestamp=int, data=options["--data"], pipeline=manager,
-                           machine=SimpleNamespace(seed=42), setup=lambda **ranks: trainer)
-""",
-    "nerfstudio/cameras/cameras.py": """
-from types import SimpleNamespace
-
-CameraType = SimpleNamespace(PERSPECTIVE=1)
-
-class Cameras:
-    def __init__(self, poses, fx, fy, cx, cy, width, height, camera_type):
-        assert poses.shape == (1, 3, 4) and fx.shape == (1,) and camera_type == 1
-        self.seen = {"rgb": (poses[0, :, 3] / 4 + 0.5).expand(height, width, 3)}
-
-    def to(self, device):
-        return self
-""",
-    "nerfstudio/configs/method_configs.py": "AnnotatedBaseConfigUnion = 'union'",
-    "nerfstudio/utils/writer.py": "EVENT_WRITERS = []",
-    "nerfstudio/scripts/train.py": "def _set_random_seed(seed): assert seed == 42",
-}
-
-
-def test_nerfstudio_in_a_worker_trains_and_renders_in_the_normalised_world(capture, tmp_path):
-    for name, text in NERFSTUDIO_FILES.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    serve = [sys.executable, "-c", FOUND.format(here=str(tmp_path)), "{recipes}/nerfstudio.py"]
-    reconstructor = External(pointed(capture), serve=[*serve, "nerfacto", "--steps", "5"])
-    reconstructor.fit(FRAMES)
-    model = reconstructor.fit(FRAMES)  # nothing of the first is there
-    images = model.render(capture.view(TARGETS))
+def test_nerfstudio_is_given_the_picks_in_a_world_that_no_target_decides(capture):
+    text = SCENE.format(recipes=str(ExternalSettings.recipes))
+    model = External(pointed(capture), serve=[sys.executable, "-c", text]).fit(FRAMES)
     centers = capture.centers[[0, 3, 5]]
     middle = centers.mean(axis=0)
     unit = np.linalg.norm(centers - middle, axis=1).max()
-    wanted = np.clip((capture.centers[TARGETS] - middle) / unit / 4 + 0.5, 0, 1)
-    np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
     data = model.arrays.folder / "nerfstudio"
     content = json.loads((data / "transforms.json").read_text())
     placed = np.array([frame["transform_matrix"] for frame in content["frames"]])[:, :3, 3]

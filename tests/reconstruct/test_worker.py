@@ -223,18 +223,6 @@ def test_captures_share_a_worker_which_fits_again_what_it_lost(capture):
     assert 0 < models[0].seconds < 20
 
 
-def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
-    settings = mean("fits.append(np.ones(30_000_000))", memory=150_000_000)
-    reconstructor = External(capture, **settings)
-    processes = set()
-    for _ in range(3):
-        images = reconstructor.fit(FRAMES).render(capture.view(TARGETS))
-        processes.add(reconstructor.worker._process.pid)
-        np.testing.assert_allclose(images, expected(capture), atol=1e-6)
-    assert len(processes) > 1
-    assert "more than memory allows: 150000000" in caplog.text
-
-
 def hello(text):
     return f"input(); print({text!r}); input()"
 
@@ -349,7 +337,6 @@ def test_a_worker_ends_with_a_process_that_was_killed(tmp_path):
         ({"serve": ["true"], "timeout": 0}, "timeout must be seconds above zero, got 0"),
         ({"serve": ["true"], "venv": "/no/such"}, "venv: no virtual environment in /no/such"),
         ({"serve": "mine.py"}, "serve must be a list of strings, got 'mine.py'"),
-        ({"serve": ["true"], "memory": 0}, "memory must be bytes above zero or null, got 0"),
     ],
 )
 def test_what_cannot_work_is_refused_before_work(settings, said):

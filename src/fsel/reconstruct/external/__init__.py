@@ -79,8 +79,6 @@ class External(ConfiguredReconstructor[ExternalSettings]):
     def _bind(self) -> None:
         """Start the worker unless it runs, and bind it unless it is bound to this."""
         worker = self.worker
-        if worker.outgrown:
-            worker.stop()
         worker.start()
         if worker.bound is self:
             return
@@ -102,7 +100,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
             self.worker.tell({"do": "close", "models": dead})
         request = {"do": "fit", "model": model.number, "folder": str(model.arrays.folder)}
         answer = self.worker.ask(request | {"frames": model.frames.tolist()})
-        for key in (*COUNTED, "seconds", "resident_bytes"):
+        for key in (*COUNTED, "seconds"):
             value = answer.setdefault(key, 0)
             if not isinstance(value, int | float) or not 0 <= value < float("inf"):
                 raise self.worker.lost(f"answered a fit with {key} {value!r:.200}; allowed: from 0")
@@ -111,10 +109,6 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         model.seconds = float(answer["seconds"])
         model.device = answer.get("device", self.worker.stated["device"])
         model.start = self._bound_at
-        most, held = self.settings.memory, answer["resident_bytes"]
-        if most is not None and held > most:
-            logger.warning("worker holds %d bytes, more than memory allows: %d", held, most)
-            self.worker.outgrown = True
 
     def render(self, model: ExternalModel, views: Views) -> np.ndarray:
         """Return (T, h, w, 3) float32 images of a model, once."""

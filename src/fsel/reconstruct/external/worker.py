@@ -38,13 +38,10 @@ class ExternalSettings(Program):
     Attributes:
         serve: the command of a worker, a list of strings: a program that is started once a job and
             answers requests, as docs/reconstructors.md describes.
-        memory: bytes; a worker that holds more resident memory after a fit is started anew before
-            the next one. Null for none.
         workspace: folder in which the folders are made and kept; null for temporary ones.
     """
 
     serve: tuple[str, ...] = ()
-    memory: int | None = None
     workspace: str | None = None
 
     recipes: ClassVar = Path(__file__).parent / "recipes"
@@ -54,8 +51,6 @@ class ExternalSettings(Program):
         object.__setattr__(self, "serve", words_of("serve", self.serve))
         if not self.serve:
             raise ValueError("serve must be the command of a worker, got none")
-        if self.memory is not None and (type(self.memory) is not int or self.memory < 1):
-            raise ValueError(f"memory must be bytes above zero or null, got {self.memory!r}")
         check_folder("workspace", self.workspace)
 
     @property
@@ -80,7 +75,6 @@ class Worker:
 
     def __init__(self, settings: ExternalSettings) -> None:
         self.settings, self.program = settings, " ".join(settings.serve)[:80]
-        self.outgrown = False  # whether it holds too much memory, and is to be started anew
         self.stated: dict[str, Any] = {}  # what it said of itself when it started
         self.bound: object = None  # what it was bound to last, since it was started
         self.bindings, self.captures = itertools.count(1), itertools.count()
@@ -162,7 +156,7 @@ class Worker:
     def stop(self) -> int | None:
         """End the program, by force where the end of its input does not; return its exit code."""
         process, self._process = self._process, None
-        self.bound, self.outgrown = None, False
+        self.bound = None
         if process is None:
             return None
         assert process.stdin is not None

@@ -163,7 +163,7 @@ def _fit(request, state):
     costs["device"] = _cuda(device).get_device_name() if _cuda(device) else device
     costs.update({name: getattr(model, name) for name in STATED if hasattr(model, name)})
     state["models"][request["model"]] = model
-    return {**costs, "resident_bytes": _resident("VmRSS")}
+    return costs
 
 
 def _render(request, state):
