@@ -117,16 +117,6 @@ def _digest(folder):
     return total.hexdigest()
 
 
-def entry(case, original, work):
-    """A case as an entry of cases.json."""
-    if case.kind == "lines":
-        return [case.kind, case.seed, {}]
-    shutil.rmtree(work, ignore_errors=True)
-    shutil.copytree(original / case.kind, work)
-    case.damage(work)
-    return [case.kind, case.seed, changes.between(original / case.kind, work)]
-
-
 def drawn(count, seed):
     """Return cases of all kinds in turn."""
     kinds = originals.KINDS

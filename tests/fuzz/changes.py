@@ -1,4 +1,4 @@
-"""What was changed in a folder, as an entry of cases.json, and the same changes done again.
+"""What an entry of cases.json changes in a folder.
 
 A file's change is `[start, end, packed]`: those of its bytes are replaced by others, packed with
 zlib and Base64. Otherwise it is a word: `gone`, `folder`, `fifo`, or `link:` and where to.
@@ -7,41 +7,6 @@ zlib and Base64. Otherwise it is a word: `gone`, `folder`, `fifo`, or `link:` an
 import base64
 import os
 import zlib
-
-
-def between(before, after):
-    """Relative path -> change, of two folders of which the second began as a copy."""
-    found = {}
-    for path in sorted(item for item in before.rglob("*") if item.is_file()):
-        name = str(path.relative_to(before))
-        change = _change(path, after / name)
-        if change:
-            found[name] = change
-    return found
-
-
-def _change(path, now):
-    if now.is_symlink():
-        return f"link:{os.readlink(now)}"
-    if now.is_dir():
-        return "folder"
-    if now.is_fifo():
-        return "fifo"
-    if not now.exists():
-        return "gone"
-    old, new = path.read_bytes(), now.read_bytes()
-    if old == new:
-        return None
-    start = _alike(old, new)
-    tail = _alike(old[start:][::-1], new[start:][::-1])
-    packed = zlib.compress(new[start : len(new) - tail], 9)
-    return [start, len(old) - tail, base64.b64encode(packed).decode()]
-
-
-def _alike(first, second):
-    """How many bytes at the beginning are equal."""
-    pairs = enumerate(zip(first, second, strict=False))
-    return next((at for at, (a, b) in pairs if a != b), min(len(first), len(second)))
 
 
 def done(changes, folder):

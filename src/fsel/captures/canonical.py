@@ -176,13 +176,8 @@ def _unopened(
 
 
 class LazyImages:
-    """A capture's images, opened, undistorted and resized when indexed.
-
-    Args:
-        files, cameras: N image files and a camera for each.
-        size: (width, height) that every image is brought to.
-        frame: the same where they are cropped to it, as their cameras have several shapes.
-    """
+    """A capture's images, opened, undistorted and resized when indexed: N files, a camera for each,
+    and the (width, height) that all are brought to, or cropped to in a `frame`."""
 
     dtype = np.dtype(np.uint8)
     ndim = 4

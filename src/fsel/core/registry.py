@@ -95,13 +95,8 @@ class Registry(MutableMapping[str, Entry]):
         return len(self.homes)
 
     def checked(self, name: str) -> Entry:
-        """Return the entry.
-
-        Raises:
-            ValueError: for a name that is not registered, listing those that are; or for an entry
-                that calls itself otherwise.
-            ImportError: when it is not there, or needs a package that is not installed, by name.
-        """
+        """Return the entry; ValueError, listing the names, for one that is not registered, and
+        ImportError, by name, for one that needs a package that is not installed."""
         if name not in self.homes:
             raise unknown(self.kind, name, self.homes)
         return self[name]

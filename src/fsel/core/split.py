@@ -77,11 +77,8 @@ def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
 def evaluation_split(
     capture: Capture, draw: int, seed: int, targets: int = 15, among: np.ndarray | None = None
 ) -> Split:
-    """Draw targets anywhere in the capture, or among (n,) int64 of its frames.
-
-    Raises:
-        ValueError: when fewer than 3 frames a target are there, or too few in `among`.
-    """
+    """Draw targets anywhere in the capture, or among (n,) int64 of its frames; ValueError for fewer
+    than 3 frames a target, or too few in `among`."""
     rng = np.random.default_rng([seed, 1, draw])
     every = plausible(capture)
     among = every if among is None else np.intersect1d(among, every)
@@ -89,13 +86,8 @@ def evaluation_split(
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
-    """Draw targets from the `coverage` per cent of frames nearest to a random anchor camera.
-
-    They are 4, 6, 9, 12, 15 at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3).
-
-    Raises:
-        ValueError: for a coverage outside 1..100, or a capture too small for its targets.
-    """
+    """Draw targets from the `coverage` per cent of frames nearest to a random anchor camera: 4, 6,
+    9, 12, 15 at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
     if not 1 <= coverage <= 100:
         raise ValueError(f"coverage must be 1 to 100 per cent, got {coverage}")
     rng = np.random.default_rng([seed, 2, coverage])

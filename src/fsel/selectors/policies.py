@@ -127,11 +127,8 @@ class Policy:
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.fixed_picks))
 
     def method(self, scorer: Scorer, pick: Loop = greedy) -> ScoringMethod:
-        """Return the selection method with a scorer, picked for by a greedy loop.
-
-        Raises:
-            ValueError: for a scorer of another kind, or one that reads what the policy does not.
-        """
+        """Return the selection method with a scorer, picked for by a greedy loop; ValueError for a
+        scorer of another kind, or one that reads what the policy does not."""
         if not isinstance(scorer, self.kind):
             raise ValueError(
                 f"the policy {self.name} has a scorer of the kind {self.kind.__name__}, not "

@@ -31,12 +31,8 @@ def method(name: str = DEFAULT) -> ScoringMethod:
 
 
 def own(path: str | Path, name: str | None = None) -> ScoringMethod:
-    """Return the method of a scorer that the workflow wrote, made for the policy `name`, or any.
-
-    Raises:
-        ValueError: for what is no scorer, one that does not say what it was made for and by, or one
-            that was made for another policy.
-    """
+    """Return the method of a scorer that the workflow wrote; ValueError for what is no scorer, does
+    not say what it was made for, or was made for another policy than `name`."""
     scorer = Scorer.load(path)
     stated = scorer.provenance.get("policy", "")
     made_for = RENAMED.get(stated, stated)

@@ -34,11 +34,8 @@ TIE = 450  # roundings of a score: a matrix product may part equal rows in their
 
 
 def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
-
-    Arguments, returned arrays, ties and errors are those of `fsel.selectors.greedy.greedy`. The
-    arithmetic is that of `prepared.static`: float64, or float32 to see what that would cost.
-    """
+    """Pick as `fsel.selectors.greedy.greedy`, one row at a time in the precision of
+    `prepared.static`: float64, or float32 to see what that would cost."""
     check_budget(prepared, k)
     picks, scores = np.empty(k, np.int64), np.empty(k)
     tie = TIE * np.finfo(prepared.static.dtype).eps
@@ -56,11 +53,7 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
 
 
 class Walk:
-    """The inputs of a pool's rows while rows are picked, in the precision of `prepared.static`.
-
-    Attributes:
-        free: (n,) bool, False once a row is picked.
-    """
+    """The inputs of a pool's rows while rows are picked; `free` is (n,) bool, False once picked."""
 
     def __init__(self, prepared: Prepared) -> None:
         self._rows = rows = prepared.rows

@@ -35,11 +35,9 @@ class Rollout:
         self._raw, self._memory = loop().begin(prepared.rows)
 
     def inputs(self) -> np.ndarray:
-        """Return (n, 19) float32 inputs at the present step.
-
-        Those that follow the selection are standardised over the rows that are left, and zero
-        before the first pick (paper, section 3.2), but for the target gain, which keeps its unit.
-        """
+        """Return (n, 19) float32 inputs at the present step: those that follow the selection are
+        standardised over the rows that are left, and zero before the first pick, but for the target
+        gain."""
         following = np.empty((len(self.selectable), FOLLOWING))
         loop().standardise_rows(self._raw, self.selectable, following)
         values = self.prepared.static.astype(np.float32)

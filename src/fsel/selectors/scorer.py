@@ -42,11 +42,8 @@ class Scorer(ABC):
 
     @staticmethod
     def load(path: str | Path) -> Scorer:
-        """Read what `save` wrote: a linear rule from JSON, a network from safetensors.
-
-        Raises:
-            ValueError: for another kind of file, or one that does not hold a scorer.
-        """
+        """Read what `save` wrote, a linear rule from JSON, a network from safetensors; ValueError
+        for a file that does not hold a scorer."""
         suffix = Path(path).suffix
         if suffix not in (".json", ".safetensors"):
             raise ValueError(

@@ -49,11 +49,8 @@ def build(triangles: np.ndarray) -> Hierarchy:
 
 
 def first_hit(tree: Hierarchy, origins, rays) -> tuple[np.ndarray, np.ndarray]:
-    """Find the triangles that (n, 3) float32 rays meet first, and the distances in ray lengths.
-
-    Those are (n,) int32, -1 for none, and (n,) float32, infinite for none. Of two triangles at one
-    distance the smaller number is met.
-    """
+    """Return (n,) int32 triangles that (n, 3) float32 rays meet first, -1 for none, and (n,)
+    float32 distances in ray lengths; of two at one distance the smaller number is met."""
     reach = np.full(len(rays), np.inf, np.float32)
     return _trace(*tree, origins, rays, reach, False), reach
 
@@ -110,11 +107,8 @@ def _surface(box):
 
 @exact
 def _halve(low, high, middle, rows, bins, held, behind):
-    """Bring those on one side of a plane to the front, and count them: at least 1, not all.
-
-    The plane is across the longest side of the box around the triangles' middles. `bins`, `held`
-    and `behind` are memory to write to.
-    """
+    """Bring the triangles on one side of a plane across the longest side to the front, and count
+    them: at least 1, not all; `bins`, `held` and `behind` are memory to write to."""
     around = np.empty(6, np.float32)
     _empty(around)
     for i in rows:

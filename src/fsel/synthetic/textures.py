@@ -201,11 +201,8 @@ def _albedo(point, normal, row, out):
 
 @exact
 def shade(points, normals, rays, kinds, towards, lit, table, ambient, out):
-    """Colour of every hit: solid texture, Lambert, sky light from above, and a little gloss.
-
-    All but `ambient` are float32 arrays of n hits: `normals` are towards the camera, `rays` the
-    directions of travel, `kinds` rows of the (m, 13) `table`; `out` is filled.
-    """
+    """Colour n hits: solid texture, Lambert, sky light from above, and a little gloss; arrays are
+    float32, `normals` towards the camera, `kinds` rows of the (m, 13) `table`; fills `out`."""
     for i in range(len(points)):
         row = table[kinds[i]]
         toward, mirror, facing = F(0), F(0), F(0)

@@ -33,8 +33,7 @@ def _annotations(folder: Path) -> Path | None:
 def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     """Read a sequence's frames in order of `frame_number`; the object's masks count.
 
-    `folder` is <category>/<sequence>, or a dataset that holds one sequence; `min_quality` is the
-    least viewpoint_quality_score.
+    `folder` is <category>/<sequence>, or a dataset of one; `min_quality` is of the viewpoints.
     """
     path = _annotations(folder)
     if path is None:

@@ -91,16 +91,10 @@ class Protocol:
 def read_protocol(
     file: str | Path, scene: str, folder: str | Path, names: Sequence[str]
 ) -> Protocol:
-    """Return the protocol of one scene of Long-LRM's evaluation (Ziwen et al. 2025, 2410.12781).
+    """Return one scene's protocol of Long-LRM's evaluation (Ziwen et al. 2025, 2410.12781) from the
+    authors' `dl3dv_fold_8_kmeans_input_idx.json`; ValueError where it does not fit the scene.
 
-    Every eighth frame is held out; a list has the places of the inputs in its transforms.json.
-
-    Args:
-        file: the list, the authors' `dl3dv_fold_8_kmeans_input_idx.json`.
-        folder: the scene as it is distributed.
-
-    Raises:
-        ValueError: for a file that is no such list, or does not fit the scene or the capture.
+    Every eighth frame is held out; the list has the places of the inputs in transforms.json.
     """
     file, folder = Path(file), Path(folder)
     try:

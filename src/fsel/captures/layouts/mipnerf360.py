@@ -19,11 +19,8 @@ def recognises(folder: Path) -> bool:
 
 
 def read(folder: Path) -> RawCapture:
-    """Read the smallest copy that ships of images_4, images_2, images; sizes from the images.
-
-    Copies may be named differently from `images`, whose names the model has: they are then paired
-    in sorted order.
-    """
+    """Read the smallest copy that ships of images_4, images_2, images; copies named otherwise than
+    `images`, whose names the model has, are paired with them in sorted order."""
     model = folder / "sparse" / "0"
     small = next((folder / name for name in COPIES if (folder / name).is_dir()), None)
     if small is None:

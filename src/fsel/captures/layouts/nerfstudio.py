@@ -72,12 +72,10 @@ def from_json(
 ) -> RawCapture:
     """Read the frames of a transforms.json, in the world before `applied_transform`.
 
-    Frames marked bad, and frames that no `*_filenames` list names, are left out. The points of
-    `ply_file_path` have no tracks.
+    Frames marked bad, and frames that no `*_filenames` list names, are left out.
 
     Args:
         folder: the capture; image paths must stay inside it.
-        content: of the file, where it was read already.
         images, masks: folders of the capture that names of images and of masks are relative to.
         undo: (3, 4) world transform that the poses carry though the file does not say so.
         copies: folders beside the images' own whose smaller copies are taken instead of them.

@@ -28,13 +28,8 @@ def _root(folder: Path) -> Path:
 
 
 def read(folder: Path, instance: int | None = None) -> RawCapture:
-    """Read every colour frame that has a pose.
-
-    Args:
-        folder: the scene.
-        instance: value of an object in instance-filt/*.png (0 is none); its pixels become the
-            capture's masks. By default there are none.
-    """
+    """Read every colour frame that has a pose; the pixels of `instance`, a value in
+    instance-filt/*.png, become the capture's masks."""
     root = _root(folder)
     files = {file.stem: file for file in (root / "color").glob("*.jpg")}
     if not files:

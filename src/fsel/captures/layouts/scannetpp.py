@@ -20,10 +20,9 @@ ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the f
 
 
 def read_dslr(folder: Path) -> RawCapture:
-    """Read dslr/; bad frames and test frames are left out; of masks only 255 counts.
+    """Read dslr/ without bad and test frames; of masks only 255 counts.
 
-    The distorted resized_images with transforms.json or, where those were not downloaded, the
-    undistorted ones with their own file; the two do not mix.
+    The distorted images or, where those were not downloaded, the undistorted ones; they do not mix.
     """
     root = folder / "dslr"
     kind = "" if (root / "resized_images").is_dir() else "_undistorted"
@@ -63,8 +62,8 @@ def write_dslr(recording: Recording, folder: Path) -> None:
 def read_iphone(folder: Path) -> RawCapture:
     """Read iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or in rgb/.
 
-    Intrinsics and distortion come from nerfstudio/transforms.json; frames that its COLMAP model
-    did not register are left out, and so are its test frames, which are views of the DSLR.
+    Frames that the COLMAP model of nerfstudio/transforms.json did not register are left out, and so
+    are its test frames, which are views of the DSLR.
     """
     root = folder / "iphone"
     path = root / "pose_intrinsic_imu.json"

@@ -31,11 +31,8 @@ POSE_SOURCES = ("original", "calibrated", "pgt")
 def read(folder: Path, pose_source: str = "original") -> RawCapture:
     """Read all passes that TrainSplit.txt and TestSplit.txt name, without frames of lost poses.
 
-    Args:
-        folder: the scene.
-        pose_source: `original`, the depth camera's poses and focal length; `calibrated`, moved to
-            the colour camera that took the images; `pgt`, the structure-from-motion poses of
-            Brachmann et al. (ICCV 2021) from pgt_{train,test}.txt in the scene's folder.
+    `pose_source` is `original`, the depth camera's poses and focal length; `calibrated`, moved to
+    the colour camera; or `pgt`, of Brachmann et al. (ICCV 2021) in pgt_{train,test}.txt.
     """
     if pose_source not in POSE_SOURCES:
         raise ValueError(f"pose_source is {pose_source!r}; allowed: {', '.join(POSE_SOURCES)}")

@@ -26,13 +26,8 @@ def recognises(folder: Path) -> bool:
 
 
 def read(folder: Path, focal: float | None = None) -> RawCapture:
-    """Read whichever release lies there.
-
-    Args:
-        folder: the scene.
-        focal: focal length over image width, for the official release, which states none; by
-            default it is found by matching some pairs against the poses.
-    """
+    """Read whichever release lies there; `focal` is the focal length over the image width, which
+    the official release does not state: by default it is found by matching frames."""
     if (folder / "train" / "intrinsics").is_dir():
         return _read_nerfpp(folder)
     path = _log_file(folder)

@@ -37,13 +37,8 @@ def examined(
     images: bool = True,
     matching: bool = False,
 ) -> Health:
-    """Find the bad frames of a capture.
-
-    Args:
-        images: whether they are opened; without, poses alone are judged.
-        matching: whether poses are also judged by matches of every frame with two beside it, which
-            takes some tenths of a second a frame.
-    """
+    """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
+    matches of every frame with two beside it too, some tenths of a second a frame."""
     placed = _Placed(opened)
     found, detail = placed.misplaced(), None
     if matching:

@@ -74,17 +74,10 @@ def exceeding(
 def left_out(
     findings: tuple[Finding, ...], count: int, shown: Callable[[int, np.ndarray], bool]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return bad frames, and those of them that alone show a part of the scene.
+    """Return (n,) int64 bad frames that are left out, the least bad first, and (m,) those that
+    stay, since they alone show a part of the scene; misplaced and unreadable ones never do.
 
-    Of bad frames that show a part which no good one does, the least bad stays. Frames that are
-    misplaced or unreadable never do.
-
-    Args:
-        findings, count: of N frames.
-        shown: (frame, (N,) bool of those that stay) -> whether these show what it shows.
-
-    Returns:
-        (n,) int64 those that are left out, the least bad first; (m,) those that stay.
+    `shown` says of a frame whether (N,) bool others show what it shows.
     """
     severity, useless = np.zeros(count), np.zeros(count, bool)
     for finding in findings:
