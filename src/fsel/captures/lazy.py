@@ -80,6 +80,19 @@ class LazyCapture:
         points, kept = raw.sparse(), self.capture.subset(frames, np.stack(images))
         return replace(kept, points=points and points.without_pixels())
 
+    def part(self, frames: np.ndarray) -> LazyCapture:
+        """Return (n,) ascending frames as a capture; points are read once for all parts."""
+
+        def points(rows: tuple[int, ...]) -> RawPoints | None:
+            if self.points is None:
+                return None
+            seen = self.points.seen_from(frames[list(rows)], len(self.raw.names))
+            return seen.subset(np.bincount(seen.track_point, minlength=len(seen.xyz)) > 0)
+
+        raw = replace(self.raw.subset(frames.tolist()), dropped={}, points=points)
+        capture = ingest(raw, self.capture.source, LONG_SIDE, lazy=True)
+        return replace(self, raw=raw, capture=capture)
+
     def with_all_points(self) -> Capture:
         """Return the capture, its images unopened, with the points that its frames see."""
         return replace(self.capture, points=self.points and self.points.without_pixels())

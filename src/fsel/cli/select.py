@@ -57,32 +57,63 @@ def run(args: argparse.Namespace, console: Console) -> None:
         )
     asked = _request(args)
     vet(asked)  # before poses are sought
+    if args.blocks:
+        from fsel.cli import blocks  # here: sparse algebra takes long to import
+
+        blocks.vet(args)
     with staged(args.out, inputs_of(args), args.force) as stage:
         source = opened(args, console)
-        seconds = {"read": time.perf_counter() - started}
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         number = _auto(args, source, form) if args.k == AUTO else args.k
-        checked = checked_request(replace(asked, source=source, k=number))
-        _say_request(console, checked, source)
-        with _trying(checked.patience, console) as patience:
-            outcome = select_frames(replace(checked, patience=patience), console)
-        written = time.perf_counter()
-        outcome = _write(stage, source, outcome, form, console)
-        content = record.content(outcome, source, form, _stated(args))
-        shown = _shown(args, source, outcome, content)
-        (stage / REPORT).write_text(page(shown), encoding="utf-8")
-        seconds |= outcome.seconds | {"write": time.perf_counter() - written}
-        seconds["total"] = time.perf_counter() - started
-        content["seconds"] = {name: round(value, 4) for name, value in seconds.items()}
-        (stage / record.RECORD).write_text(json_text(content), encoding="utf-8")
-    _say_outcome(console, outcome)
-    tried, cut = outcome.selection.tried, ""
-    if tried is not None and tried.cut:
-        cut = f"; the time was over after {counted(tried.fits, 'fit')}: with less load, or more "
+        asked = replace(asked, source=source, k=number)
+
+        def select(request: SelectionRequest, name: str = "") -> dict:
+            (stage / name).mkdir(exist_ok=True)
+            own = time.perf_counter() if name else started
+            if name:
+                console.say(name, counted(len(request.capture), "frame"))
+            return _selected(args, console, stage / name, args.out / name, request, form, own)
+
+        content = blocks.run(asked, args.blocks, select, stage) if args.blocks else select(asked)
+    tried, cut = [one["tried"] for one in content.get("blocks", [content]) if one["tried"]], ""
+    if fits := sum(one["fits"] for one in tried if one["cut"]):
+        cut = f"; the time was over after {counted(fits, 'fit')}: with less load, or more "
         cut += "--patience, other picks may be kept"
-    console.say("written", f"{args.out} after {seconds['total']:.2f} s{cut}")
+    console.say("written", f"{args.out} after {time.perf_counter() - started:.2f} s{cut}")
     console.give(content)
+
+
+def _selected(
+    args: argparse.Namespace,
+    console: Console,
+    stage: Path,
+    place: Path,
+    request: SelectionRequest,
+    form: subset.Form,
+    started: float,
+) -> dict:
+    """Select as a request of an opened capture says, and write all files of a selection, which will
+    have the place; return the content of its record."""
+    source = request.opened
+    assert source is not None
+    seconds = {"read": time.perf_counter() - started}
+    checked = checked_request(request)
+    if not args.blocks:
+        _say_request(console, checked, source)
+    with _trying(checked.patience, console) as patience:
+        outcome = select_frames(replace(checked, patience=patience), console)
+    written = time.perf_counter()
+    outcome = _write(stage, source, outcome, form, console)
+    content = record.content(outcome, source, form, _stated(args))
+    shown = _shown(args, source, outcome, content, place)
+    (stage / REPORT).write_text(page(shown), encoding="utf-8")
+    seconds |= outcome.seconds | {"write": time.perf_counter() - written}
+    seconds["total"] = time.perf_counter() - started
+    content["seconds"] = {name: round(value, 4) for name, value in seconds.items()}
+    (stage / record.RECORD).write_text(json_text(content), encoding="utf-8")
+    _say_outcome(console, outcome)
+    return content
 
 
 def _auto(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> Auto:
@@ -156,7 +187,7 @@ def _write(
 
 
 def _shown(
-    args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict
+    args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict, place: Path
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
     frames, made = frames_shown(outcome).tolist(), []
@@ -168,7 +199,7 @@ def _shown(
         picked=content["frames"],
         left=content["left"],
         pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
-        commands=commands(args),
+        commands=commands(args, place),
         notes=notes(source.found),
     )
 
@@ -219,11 +250,12 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
         yield TimeBudget(patience.seconds, progress)
 
 
-def commands(args: argparse.Namespace) -> Commands:
-    """Return the command lines that the report offers."""
-    editing = ["fsel", *without(args.words, AGAINST), "-o", f"{args.out}_edit"]
-    view = ["fsel", "view", str(args.out), "-o", f"{args.out}.html"]
-    return Commands(shlex.join(editing), str(args.out / FRAMES), shlex.join(view))
+def commands(args: argparse.Namespace, place: Path) -> Commands:
+    """Return the command lines that the report of a selection at a place offers."""
+    editing = ["fsel", *without(args.words, AGAINST), "-o", f"{place}_edit"]
+    view = ["fsel", "view", str(place), "-o", f"{place}.html"]
+    text = "" if args.blocks else shlex.join(editing)
+    return Commands(text, str(place / FRAMES), shlex.join(view))
 
 
 def without(words: Sequence[str], options: Sequence[str]) -> list[str]:

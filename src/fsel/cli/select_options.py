@@ -65,9 +65,11 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
         "pick the fewest frames that see every sparse point this many times, from different "
         "directions; with -k, the remaining frames are picked as usual"
     )
+    text += "; --cover-share 0.9 covers nine tenths of the points (default: all)"
     group.add_argument("--cover", type=whole(1, MOST_TIMES), default=0, metavar="TIMES", help=text)
-    text = "share of the points to cover, such as 0.9 (default: 1, often nearly all frames)"
-    group.add_argument("--cover-share", type=positive, default=1.0, metavar="SHARE", help=text)
+    group.add_argument("--cover-share", type=positive, default=1.0, help=argparse.SUPPRESS)
+    text = "cut a large scene into N overlapping blocks of cameras, and pick -k frames of each"
+    group.add_argument("--blocks", type=whole(2), metavar="N", help=text)
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:
@@ -81,7 +83,8 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
         "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
-    for name, text in (("always", "to pick first"), ("never", "never to pick, which prevails")):
+    beside = "never to pick, also if --always names them"
+    for name, text in (("always", "to pick first"), ("never", beside)):
         text = f"frames {text}: names, or files of names such as frames.txt, between commas"
         group.add_argument(f"--{name}", type=words, metavar="NAMES", help=text)
     add_keeping(group)

@@ -1,0 +1,62 @@
+"""`fsel select --blocks`: a selection of each overlapping block of a large scene."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from fsel.core.files import json_text
+from fsel.core.subsets import evenly
+from fsel.selection.blocks import blocks_of
+from fsel.selection.request import SelectionRequest
+
+BLOCKS, SHARED = "blocks.json", "shared.txt"
+ALONE = ("targets", "method", "weights", "always", "never", "cover", "masks", "box")
+"""Options of what is picked that do not go with blocks."""
+
+
+def vet(args: argparse.Namespace) -> None:
+    """Refuse what does not go with blocks."""
+    stated = [f"--{name}" for name in ALONE if getattr(args, name)]
+    if stated or not isinstance(args.k, int):
+        raise ValueError(
+            f"--blocks does not go with {', '.join(stated) or '-k auto'}; it needs the number of "
+            "frames of each block. Hint: -k 40"
+        )
+
+
+def run(
+    request: SelectionRequest,
+    count: int,
+    select: Callable[[SelectionRequest, str], dict],
+    out: Path,
+) -> dict:
+    """Select from each block into a folder of its own, and list which picks blocks share.
+
+    A block begins with earlier ones' picks among its frames, up to half of its own: the frames that
+    reconstructions of both blocks have.
+    """
+    source, k = request.opened, request.k
+    assert source is not None
+    assert isinstance(k, int)
+    entries: list[dict] = []
+    for number, frames in enumerate(blocks_of(source.with_all_points(), count), 1):
+        part, folder = source.part(frames), f"block_{number}"
+        taken = {name for entry in entries for name in entry["picks"]}
+        known = [name for name in part.capture.names if name in taken]
+        always = [known[at] for at in evenly(len(known), k // 2)]
+        made = select(replace(request, source=part, always=always), folder)
+        picks = [entry["name"] for entry in made["frames"]]
+        own = {"picks": picks, "frames": part.capture.names, "tried": made["tried"]}
+        entries.append({"folder": folder} | own)
+    for entry in entries:
+        others = {other["folder"]: set(other["picks"]) for other in entries if other is not entry}
+        shared = {name: [p for p in entry["picks"] if p in there] for name, there in others.items()}
+        entry["shared"] = {name: names for name, names in shared.items() if names}
+        names = dict.fromkeys(name for names in shared.values() for name in names)
+        text = "".join(f"{name}\n" for name in names)
+        (out / entry["folder"] / SHARED).write_text(text, encoding="utf-8")
+    (out / BLOCKS).write_text(json_text({"blocks": entries}), encoding="utf-8")
+    return {"blocks": entries}
