@@ -1,5 +1,6 @@
 """What rules get from the checked configuration."""
 
+import copy
 import zlib
 from dataclasses import replace
 from types import SimpleNamespace
@@ -37,6 +38,16 @@ def test_seeds_come_from_names():
         "seed": zlib.crc32(b"7/dl3dv/evaluation00"),
         "recorded": 60,
     }
+
+
+def test_a_dataset_may_have_a_number_of_frames_of_its_own():
+    datasets = copy.deepcopy(SMOKE["datasets"])
+    datasets["seven_scenes"]["embedded"]["frames"] = 20
+    made = experiment(datasets=datasets)
+    assert made.generated("seven_scenes", "evaluation00")["recorded"] == 20
+    assert [made.embedded_frames(name) for name in ("dl3dv", "seven_scenes")] == [60, 20]
+    with pytest.raises(Refusal, match="frames is 20, the evaluation scenes of seven_scenes need"):
+        made.check()
 
 
 def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):

@@ -61,7 +61,7 @@ use rule stage as generate with:
         **experiment.resources(2000),
     params:
         lib=experiment.library("generate"),
-        frames=experiment.config["embedded"]["frames"],
+        frames=lambda wildcards: experiment.embedded_frames(wildcards.dataset),
         width=lambda wildcards: experiment.embedded_size(wildcards)[0],
         height=lambda wildcards: experiment.embedded_size(wildcards)[1],
         layout=lambda wildcards: experiment.datasets.entries[wildcards.dataset][

@@ -80,10 +80,11 @@ class Settings:
         if search["kept"] > search["stored"]:
             found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"
             raise Refusal(found, "raise search.stored")
-        frames = self.config["embedded"]["frames"]
         for name, role in product(entries, ROLES):
             needed, embedded = self.frames_needed(role), kinds_of(entries[name]) == ["embedded"]
-            if embedded and self.scenes(name, role) and frames < needed:
+            if not embedded or not self.scenes(name, role):
+                continue
+            if (frames := self.embedded_frames(name)) < needed:
                 raise Refusal(
                     f"embedded.frames is {frames}, the {role} scenes of {name} need {needed}: "
                     "targets, as many proxies, and the largest budget",
@@ -166,6 +167,11 @@ class Settings:
         """Return the seeds of a scene's selections, one a draw."""
         return [self.scene_seed(wildcards, "select", n) for n in range(self.config["draws"])]
 
+    def embedded_frames(self, dataset: str) -> int:
+        """Return the number of frames of a dataset's embedded captures."""
+        own, every = self.datasets.entries[dataset]["embedded"], self.config["embedded"]
+        return int(own.get("frames", every["frames"]))
+
     def embedded_size(self, wildcards: Any) -> tuple[int, int]:
         """Return width and height of an embedded capture, of one to learn from those searched."""
         own, most = self.config["embedded"], 1.0
@@ -184,7 +190,7 @@ class Settings:
         return {
             "family": entry["embedded"]["family"],
             "seed": self.scene_seed(SimpleNamespace(dataset=dataset, scene=scene)),
-            "recorded": self.config["embedded"]["frames"],
+            "recorded": self.embedded_frames(dataset),
         }
 
 
