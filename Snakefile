@@ -76,6 +76,7 @@ include: "workflow/rules/evaluation.smk"
 # when asked for: other tables and figures by their paths, or all of the paper's by `paper`
 include: "workflow/rules/paper.smk"
 include: "workflow/rules/studies.smk"
+include: "workflow/rules/selections.smk"
 
 
 onstart:

@@ -14,7 +14,7 @@ from fsel.captures.colmap.undistortion import pinhole_of
 from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.captures.poses.agreement import NOT_MEASURED, Agreement
-from fsel.captures.read import read_raw, sample, validated
+from fsel.captures.read import read_posed, sample, validated
 from fsel.core.capture import Capture
 from fsel.core.limits import MAX_ERROR
 from fsel.core.points import RawPoints
@@ -120,11 +120,13 @@ def open_capture(
     max_error: float = MAX_ERROR,
     *,
     skip_unreadable: bool = False,
+    **posing: Any,
 ) -> LazyCapture:
-    """Open a capture without its images; arguments and errors are those of `read_folder`."""
+    """Open a capture without its images; arguments and errors are those of `read_folder`, `posing`
+    `poses`, `model`, `every` and `reading` of them."""
     check_type("path", path, (str, Path), "a folder")
     folder = Path(path)
-    known, raw = read_raw(folder, layout)
+    known, raw = read_posed(folder, layout, **posing)
     return opened(known, raw, folder, long_side, max_error, skip_unreadable=skip_unreadable)
 
 

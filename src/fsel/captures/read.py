@@ -107,21 +107,9 @@ def read_folder(
     check_type("path", path, (str, Path), "a folder")
     check_type("long_side", long_side, Integral, "a whole number of pixels")
     folder = Path(path)
-    work = Work() if isinstance(poses, str) else work_of(poses)
-    if isinstance(poses, str):
-        _allowed("poses", poses, POSES)
     _allowed("points", points, POINTS)
-    if layout == "auto" and poses != "layout" and not recognise(folder):
-        layout = bare.LAYOUT.name
-    known, raw = read_raw(folder, layout, reading)
+    known, raw = read_posed(folder, layout, poses, model, every, reading)
     source = f"{known.name} at {folder}"
-    raw = _thinned(raw, every)
-    if poses == "colmap" or not isinstance(poses, str):
-        raw = sfm.reconstruct(raw, work)
-    elif poses == "file":
-        if not model:
-            raise ValueError(f"{folder}: poses come from a file, but `model` names no folder")
-        raw = sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
     raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
@@ -133,6 +121,31 @@ def read_folder(
     if capture.points is None:
         log.info("%s: no sparse points; co-visibility is predicted from the poses", source)
     return Ingestion(capture, agreement, raw.dropped)
+
+
+def read_posed(
+    folder: Path,
+    layout: str = "auto",
+    poses: str | Mapping[str, Any] = "layout",
+    model: str = "",
+    every: int = 1,
+    reading: dict | None = None,
+) -> tuple[Layout, RawCapture]:
+    """Return layout and raw capture of a folder with its poses found; see `read_folder`."""
+    work = Work() if isinstance(poses, str) else work_of(poses)
+    if isinstance(poses, str):
+        _allowed("poses", poses, POSES)
+    if layout == "auto" and poses != "layout" and not recognise(folder):
+        layout = bare.LAYOUT.name
+    known, raw = read_raw(folder, layout, reading)
+    raw = _thinned(raw, every)
+    if poses == "colmap" or not isinstance(poses, str):
+        raw = sfm.reconstruct(raw, work)
+    elif poses == "file":
+        if not model:
+            raise ValueError(f"{folder}: poses come from a file, but `model` names no folder")
+        raw = sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
+    return known, raw
 
 
 def _layout_of(folder: Path, layout: str) -> Layout:

@@ -29,9 +29,9 @@ def kinds_of(dataset: Section) -> list[str]:
 
 
 def roles_of(entry: Section) -> Mapping[str, Any]:
-    """Return role -> names of scenes, or how many; a list alone is for evaluation."""
+    """Return role -> names of scenes, how many, or `all`; without a role they are evaluated."""
     scenes = entry["scenes"]
-    return {"evaluation": scenes} if isinstance(scenes, list) else scenes
+    return scenes if isinstance(scenes, dict) else {"evaluation": scenes}
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ class Datasets:
             return
         there, root = self._present(name), entry.get("root")
         if root:
-            absent = [scene for scene in named if not Path(root, scene).is_dir()]
+            others = set(named) - set(there)  # a folder within a folder is a scene too
+            absent = sorted(scene for scene in others if not Path(root, scene).is_dir())
         else:
             absent = sorted(set(named) - set(there))
         if absent:
@@ -102,6 +103,8 @@ class Datasets:
         """Return the names of a dataset's scenes with a role, in order."""
         entry = self.entries[dataset]
         listed = roles_of(entry).get(role, [])
+        if listed == "all":
+            return self._present(dataset)
         if not isinstance(listed, int):
             return list(listed)
         if kinds_of(entry) == ["embedded"]:
@@ -125,7 +128,7 @@ class Datasets:
         entry = self.entries[name]
         if kinds_of(entry) == ["fetch"]:
             return list(self.sources[entry["fetch"]]["scenes"])
-        folders = [path.name for path in Path(entry["root"]).iterdir() if path.is_dir()]
+        folders = [each.name for each in os.scandir(entry["root"]) if each.is_dir()]
         return sorted((name for name in folders if not name.startswith(".")), key=natural)
 
     def raw_capture(self, wildcards: Any) -> str:

@@ -13,6 +13,7 @@ STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 LISTED = {
     "budget_curves": "fit_budget:budget_curves",  # of tools
     "fit_budget": "fit_budget:fit_budget",
+    "selections": f"{STAGES}.curate:selections",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
     "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
