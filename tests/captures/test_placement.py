@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from small_captures import ring
 
 from fsel.captures import sampling
-from fsel.captures.colmap import failures
+from fsel.captures.colmap import failures, mapping
+from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
@@ -22,12 +23,13 @@ def shots(*indices):
     return [SampledFrame(i, i / 10, 1.0) for i in indices]
 
 
-def model_of(names):
-    """A model that has the given images, and nothing else."""
+def model_of(names, poses=None):
+    """A model that has the given images, by default on a ring, and nothing else."""
     model = pycolmap.Reconstruction()
     camera = pycolmap.Camera(model="PINHOLE", width=8, height=8, params=[8, 8, 4, 4], camera_id=1)
     model.add_camera_with_trivial_rig(camera)
-    for at, (name, pose) in enumerate(zip(names, ring(max(3, len(names))), strict=False)):
+    poses = ring(max(3, len(names))) if poses is None else poses
+    for at, (name, pose) in enumerate(zip(names, poses, strict=False)):
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
         image = pycolmap.Image(image_id=at + 1, name=name, camera_id=1)
         model.add_image_with_trivial_frame(image, rigid)
@@ -58,7 +60,7 @@ def scripted(monkeypatch):
         keep = placing.pop(0)
         if isinstance(keep, str):
             raise sfm.NotPlaced(Path("first.jpg"), "COLMAP placed 0 frames", keep)
-        return model_of([name for name in raw.names if keep(name)])
+        return Mapped(model_of([name for name in raw.names if keep(name)]))
 
     monkeypatch.setattr(video, "thin", thin)
     monkeypatch.setattr(Sampling, "pace", lambda self, path: 1.0)
@@ -233,19 +235,52 @@ def test_sets_are_apart_by_their_turns_in_any_worlds():
     assert found == pytest.approx(20)  # 20 of 36 pairs are of one frame of each
 
 
+@pytest.mark.parametrize("unfolds", [True, False])
+def test_a_folded_path_is_placed_again_and_its_jumps_are_named(
+    unfolds, scripted, tmp_path, monkeypatch
+):
+    """A frame a second, 9 degrees apart, of which the last five look as from the other side."""
+    asked = []
+
+    def place(raw, work, start=None):
+        asked.append(list(work.breaks))
+        path = ring(40)[:10]
+        if not (unfolds and work.breaks):
+            path[5:, :, :3] = path[5:, :, :3] @ np.diag([-1.0, 1, -1])
+        return Mapped(model_of(raw.names, path))
+
+    monkeypatch.setattr(sfm, "place", place)
+    walk = [Source(tmp_path / "walk.mp4")]
+    found = placement.place(walk, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert asked == [[], [5]]
+    said = placement.doubts(found)
+    if unfolds:
+        assert (found["jumps"], said) == ([], [])
+    else:
+        assert [jump["name"] for jump in found["jumps"]] == ["frame_00050.jpg"]
+        assert found["jumps"][0]["degrees"] > 140
+        assert "4.0 to 5.0 s" in said[0]
+
+
+def test_matches_across_a_break_are_removed_but_those_of_neighbours(tmp_path, monkeypatch):
+    made = database(tmp_path / "d.db", 20, 30.0, pycolmap.TwoViewGeometryConfiguration.CALIBRATED)
+    monkeypatch.setattr(mapping, "OVERLAP", 1)
+    mapping.separate(made, [f"{i}.jpg" for i in range(5)], [2])
+    left = {pair.images for pair in failures.verified_pairs(made)}
+    assert left == {(1, 2), (2, 3), (3, 4), (3, 5), (4, 5)}  # numbers begin at 1
+
+
 @pytest.mark.parametrize(
-    ("again", "said"),
+    ("other", "said"),
     [
-        (None, ""),
-        ({"placed": 10, "degrees": 0.3}, ""),
-        ({"placed": 9, "degrees": 2.9}, ""),
-        ({"placed": 9, "degrees": 36.7}, "COLMAP's poses differ by 37 degrees"),
-        ({"placed": 8, "degrees": 0.0}, "COLMAP places 8 frames, not 10"),
-        ({"placed": 12, "degrees": 0.0}, "COLMAP places 12 frames, not 10"),
-        ({"placed": 0, "degrees": None}, "COLMAP places 0 frames, not 10"),
+        (None, []),
+        ({"placed": 10, "degrees": 0.3}, []),
+        ({"placed": 5, "degrees": 2.9}, []),
+        ({"placed": 9, "degrees": 36.7}, ["poses differ by 37 degrees"]),
+        ({"placed": 4, "degrees": 0.0}, ["one places 4 frames, the other 10"]),
+        ({"placed": 0, "degrees": None}, ["one places 0 frames, the other 10"]),
     ],
 )
-def test_doubts_are_of_sets_that_differ(again, said):
-    told = placement.doubt({"placed": ["a.jpg"] * 10, "repeated": again})
-    assert told == (said and f"the poses may be wrong: with another seed {said}")
-    assert placement.doubt({"placed": []}) == ""
+def test_doubts_are_of_mappers_that_differ(other, said):
+    found = placement.doubts({"placed": ["a.jpg"] * 10, "other": other})
+    assert [part in doubt for part, doubt in zip(said, found, strict=True)] == [True] * len(said)

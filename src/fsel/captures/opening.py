@@ -26,7 +26,7 @@ from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
-from fsel.captures.poses.placement import doubt
+from fsel.captures.poses.placement import doubts
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source, take
 from fsel.core.files import cache, write_text
@@ -39,7 +39,7 @@ SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "progress is saved; run the same command again to resume"
-MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
+MADE = 5  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 @dataclass(frozen=True)
@@ -166,18 +166,18 @@ def notes(found: dict | None) -> list[str]:
     """Frames that were not placed, the longest times that none shows, and doubts, in words."""
     if not found:
         return []
-    doubts = [said] if (said := doubt(found)) else []
+    unsure = doubts(found)
     missing, lost = found["not_placed"], found["lost"]
     said = f"{counted(len(missing), 'frame')} not placed: {_first(missing)}"
     if not lost:
-        return [said, *doubts] if missing else doubts
+        return [said, *unsure] if missing else unsure
     longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
     films = len({span["video"] for span in lost})
     times = ", ".join(
         f"{span['from']:.1f} to {span['to']:.1f} s" + (f" of {span['video']}" if films > 1 else "")
         for span in sorted(longest, key=lambda span: (span["video"], span["from"]))
     )
-    return [f"{said}; lost: {times}", *doubts]
+    return [f"{said}; lost: {times}", *unsure]
 
 
 def estimator(opening: Opening) -> Estimator | None:

@@ -114,8 +114,8 @@ def _add_poses(commands) -> None:
     found = command.add_mutually_exclusive_group()
     add_features(found)
     text = (
-        "program that estimates the poses instead of COLMAP's mapper, as one argument, such as "
-        "'{python} {recipes}/glomap.py {folder}'; repeat it to run several in turn"
+        "program that estimates the poses instead of COLMAP, as one argument, such as "
+        "'python mapper.py {folder}'; repeat it to run several in turn"
     )
     found.add_argument("--by", metavar="COMMAND", action="append", help=text)
     add_video(command)

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -166,9 +167,12 @@ def environment(venv: str | None) -> dict[str, str]:
     return variables
 
 
-def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
-    """Run a command in a folder to its end, in its own process group, its output in log.txt;
-    `Unfinished` for a timeout in seconds, full memory, or another exit code than zero."""
+@contextmanager
+def running(
+    command: Sequence[str], folder: Path, variables: Mapping[str, str]
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command in a folder, in its own process group, its output in log.txt; its processes
+    are killed at the end of the block."""
     with (folder / LOG).open("ab") as log:
         process = subprocess.Popen(
             command,
@@ -180,12 +184,20 @@ def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], time
             start_new_session=True,
         )
         try:
-            code = process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            code = None
+            yield process
         finally:
             kill(process.pid)  # with whatever it started and left
             process.wait()
+
+
+def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
+    """Run a command to its end, see `running`; `Unfinished` for a timeout in seconds, full memory,
+    or another exit code than zero."""
+    with running(command, folder, variables) as process:
+        try:
+            code = process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            code = None
     if code is None:
         raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", tail(folder))
     if code:

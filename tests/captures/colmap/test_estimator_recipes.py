@@ -1,8 +1,6 @@
-"""Recipes that find poses: GLOMAP itself, and what becomes of the cameras that MASt3R finds."""
+"""Recipes that find poses: what becomes of the cameras that MASt3R finds."""
 
 import runpy
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,25 +8,6 @@ import pycolmap
 from small_captures import ring
 
 from fsel.captures.colmap.estimator import Estimator
-from fsel.captures.colmap.runs import Work
-from fsel.captures.layouts import bare
-from fsel.captures.poses import sfm
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-
-def test_glomap_places_the_frames_of_textured_planes(tmp_path):
-    from test_sfm import aligned_error, poses, render
-
-    names = [f"{row}.png" for row in range(8)]
-    for name, image in zip(names, render(poses(8)), strict=True):
-        cv2.imwrite(str(tmp_path / name), image[:, :, ::-1])
-    raw = bare.of_files(names, [tmp_path / name for name in names])
-    glomap = Estimator(by=[sys.executable, "{recipes}/glomap.py", "{folder}", "num_threads=1"])
-    found = sfm.reconstruct(raw, Work(tmp_path / "w", by=glomap))
-    assert found.names == names
-    assert aligned_error(found.world_to_camera, poses(8)) < 0.05
-    assert len(found.points(range(8)).xyz) > 50
 
 
 def test_cameras_of_mast3r_are_of_the_whole_images(tmp_path):

@@ -1,10 +1,15 @@
 """Poses that contradict their points or the path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from small_captures import ring
+from small_captures import ring, write_ring
 
+from fsel.captures.lazy import open_capture
+from fsel.captures.quality.examination import examined
+from fsel.captures.quality.findings import MISPLACED
 from fsel.captures.quality.poses import jumps, reprojection
 
 
@@ -42,3 +47,12 @@ def test_smooth_paths_and_photos_have_no_jumps():
     assert not jumps(photos).any()
     assert not jumps(walk(10, 4, at=3, count=7)).any()  # too few to tell
     assert not jumps(np.repeat(walk()[:1], 20, axis=0)).any()  # no path
+
+
+def test_the_frame_after_a_jump_of_a_video_is_misplaced(tmp_path):
+    write_ring(tmp_path)
+    opened = open_capture(tmp_path)
+    assert not len(examined(opened, images=False).of_kind(MISPLACED))
+    found = {"jumps": [{"name": opened.capture.names[5], "degrees": 170}]}
+    health = examined(replace(opened, found=found), images=False)
+    assert health.of_kind(MISPLACED).tolist() == health.left_out.tolist() == [5]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -33,6 +34,14 @@ _TURNED = (
 )
 
 
+class VerifiedPair(NamedTuple):
+    """Two images and their verified matches."""
+
+    images: tuple[int, int]  # their numbers in the database
+    places: tuple[np.ndarray, np.ndarray]  # (m, 2) of the matches in both, in longer sides
+    turned: bool  # whether a rotation explains them
+
+
 def cause(database: Path) -> str:
     """Return the cause and hint in words; empty where COLMAP's database tells none."""
     with pycolmap.Database.open(str(database)) as stored:
@@ -40,13 +49,13 @@ def cause(database: Path) -> str:
     count = float(np.median(counts)) if counts else 0.0
     if count < FEW:
         return DARK.format(count=count)
-    pairs = _verified(database)
+    pairs = verified_pairs(database)
     if not pairs:
         return ""
-    moved = [np.median(np.hypot(*(one - other).T)) for one, other, _ in pairs]
+    moved = [_moved(pair) for pair in pairs]
     if np.percentile(moved, 90) < STILL:
         return STANDS
-    return ROTATES if np.mean([turned for *_, turned in pairs]) > TURNS else ""
+    return ROTATES if np.mean([pair.turned for pair in pairs]) > TURNS else ""
 
 
 def slides(database: Path) -> bool:
@@ -55,18 +64,21 @@ def slides(database: Path) -> bool:
     COLMAP tries for minutes to place such images, and what it places has no depth. Real scenes are
     far from it: under a drone, 0.5 % of the longer side is left where 0.15 % is of one picture.
     """
-    pairs, left = _verified(database), []
-    pairs = [pair for pair in pairs if np.median(np.hypot(*(pair[0] - pair[1]).T)) > MOVED]
-    for one, other, _ in (pairs[at] for at in evenly(len(pairs), SAMPLE)):
+    pairs, left = verified_pairs(database), []
+    pairs = [pair for pair in pairs if _moved(pair) > MOVED]
+    for one, other in (pairs[at].places for at in evenly(len(pairs), SAMPLE)):
         similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
         moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
         left.append(np.percentile(np.hypot(*(moved - other).T), 90))
     return len(left) >= PAIRS and float(np.median(left)) < RIGID
 
 
-def _verified(database: Path) -> list[tuple[np.ndarray, np.ndarray, bool]]:
-    """Verified pairs: (m, 2) matched places in both, in longer sides; whether a rotation explains
-    them."""
+def _moved(pair: VerifiedPair) -> float:
+    return float(np.median(np.hypot(*(pair.places[0] - pair.places[1]).T)))
+
+
+def verified_pairs(database: Path) -> list[VerifiedPair]:
+    """Return the pairs of images whose matches COLMAP verified."""
     with pycolmap.Database.open(str(database)) as stored:
         sides = {c.camera_id: max(c.width, c.height) for c in stored.read_all_cameras()}
         places = {
@@ -77,7 +89,7 @@ def _verified(database: Path) -> list[tuple[np.ndarray, np.ndarray, bool]]:
         for pair, geometry in zip(*stored.read_two_view_geometries(), strict=True):
             matches = geometry.inlier_matches
             if len(matches) >= INLIERS:
-                first, second = pycolmap.pair_id_to_image_pair(pair)
-                one, other = places[first][matches[:, 0]], places[second][matches[:, 1]]
-                found.append((one, other, geometry.config in _TURNED))
+                images = pycolmap.pair_id_to_image_pair(pair)
+                one, other = (places[key][matches[:, at]] for at, key in enumerate(images))
+                found.append(VerifiedPair(images, (one, other), geometry.config in _TURNED))
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,14 +21,14 @@ from fsel.core.wording import counted
 
 SEED = 0
 MIN_PLACED = 3
-EXHAUSTIVE = 150  # images up to which all pairs of a set without order are matched
+EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
 PAIR_SECONDS = 0.02, 0.05  # to match a pair, likewise
-MAPPING_SECONDS = 0.6  # seconds a frame and megapixel, placed twice
+MAPPING_SECONDS = 0.6  # seconds a frame and megapixel, placed by two mappers
 PAIRS_BESIDE = 22  # pairs of a frame: 10 next ones, some far ahead, 8 that look alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
@@ -39,7 +38,7 @@ class Part:
     """Images of one camera.
 
     Of frames of a video, in order, neighbours are matched, and images that look alike; else all
-    pairs are, of up to 150 images.
+    pairs are, of up to 60 images.
     """
 
     numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
@@ -52,8 +51,9 @@ class Work:
 
     folder: Path | None = None  # keeps the database, so that a run that was cut off goes on
     parts: Sequence[Part] = ()  # none for images without order
+    breaks: Sequence[int] = ()  # rows of images before which no far ones are matched
     watch: Callable[[str], Progress] = lambda label: in_silence  # a step's name -> wraps its loop
-    by: Estimator | None = None  # finds the poses; None for COLMAP's incremental mapper
+    by: Estimator | None = None  # finds the poses; None for COLMAP's mappers
     features: str = features.SIFT  # that COLMAP works with, one of `features.KINDS`
 
     @property
@@ -205,35 +205,6 @@ def match_pairs(database: Path, names: Sequence[tuple[str, str]]) -> None:
         pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(listed)),
         verification_options=verification,
         device=pycolmap.Device.cpu,
-    )
-
-
-def build(
-    database: Path,
-    folder: Path,
-    count: int,
-    work: Work,
-    *,
-    start: Path | None = None,
-    seed: int = SEED,
-) -> dict[int, pycolmap.Reconstruction]:
-    """Return COLMAP's models, or the one that `start` becomes; cameras are refined."""
-    options = pycolmap.IncrementalPipelineOptions(
-        num_threads=threads(),
-        random_seed=seed,
-        min_num_matches=features.INLIERS[work.features],
-        min_model_size=MIN_PLACED,
-    )
-    placed = iter(work.watch("poses")(itertools.count(), count))
-    output = folder / "models"
-    output.mkdir(exist_ok=True)
-    return pycolmap.incremental_mapping(
-        database,
-        folder / "images",
-        output,
-        options,
-        input_path=start or "",
-        next_image_callback=lambda: next(placed),
     )
 
 

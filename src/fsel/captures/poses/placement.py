@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -10,13 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
+from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.model import write_model
-from fsel.captures.colmap.runs import SEED, Part, Work, build
+from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import video
 from fsel.captures.layouts import bare
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses import sfm
-from fsel.captures.poses.sfm import DATABASE
+from fsel.captures.quality.poses import turned_away
 from fsel.captures.sampling import IMAGES, SampledFrames, Say, Source, photo_name, take, take_denser
 from fsel.core.geometry import upright
 from fsel.core.names import natural
@@ -24,8 +24,8 @@ from fsel.core.names import natural
 MODEL = "sparse/0"
 ROUNDS = 2  # of taking frames denser
 UNSURE = 3.0  # degrees between two sets of poses: sure ones differ by tenths
-MOST_REPEATED = 150  # frames up to which they are found again: the time grows with their square
-OTHER = 0.1  # share of the frames by which the sets' numbers differ where they are by chance
+FEW = 0.5  # share of the frames, fewer of which another mapper places where they are by chance
+KEPT = 0.9  # share of the frames that are still placed where a path is mended
 
 
 def place(
@@ -35,40 +35,79 @@ def place(
 
     Frames of a video that show the same as the one before them are left out. Where two frames or
     more of a video in a row could not be placed, frames are taken denser, twice at most, as long
-    as that helps. What an interrupted run left in the folder is gone on with.
+    as that helps. Where the path jumps, the frames are placed once more without the matches that
+    may have folded it. What an interrupted run left in the folder is gone on with.
     """
     taken = take(sources, sampling, folder, work, say)
-    model, raw = _placed(sources, taken, folder, work, say)
-    twice = repeated(model, work)
+    mapped, raw = _placed(sources, taken, folder, work, say)
+    mapped = _mended(sources, taken, folder, work, mapped)
+    model, jumps = mapped.model, _jumps(sources, taken, mapped.model)
     poses = [image.cam_from_world().matrix() for image in model.images.values()]
     turn = pycolmap.Rotation3d(upright(np.array(poses)))  # of a world that COLMAP chose
     model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
     write_model(model, folder / MODEL)
-    return {"by": work.who, "repeated": twice} | _found(sources, taken, raw, model)
+    said = {"by": work.who, "mapper": mapped.by, "other": compared(mapped), "jumps": jumps}
+    return said | _found(sources, taken, raw, model)
 
 
 def _placed(
     sources: Sequence[Source], taken: SampledFrames, folder: Path, work: Work, say: Say
-) -> tuple[pycolmap.Reconstruction, RawCapture]:
+) -> tuple[Mapped, RawCapture]:
     """COLMAP's model, and the frames that it was to place."""
-    model, placed = None, set[str]()
-    for rounds in itertools.count():
+    mapped, placed, rounds = None, set[str](), 0
+    while True:
         raw, parts = unplaced(sources, taken, folder)
         before = len(placed)
         try:
-            model = sfm.place(raw, replace(work, parts=parts), model)
+            mapped = sfm.place(raw, replace(work, parts=parts), mapped and mapped.model)
         except sfm.NotPlaced as error:
             in_vain = rounds == ROUNDS or bool(error.cause)
             if in_vain or not _denser(sources, taken, placed, folder, work):
                 raise _refused(sources, error) from error
         else:
-            placed = {image.name for image in model.images.values()}
+            placed = {image.name for image in mapped.model.images.values()}
             in_vain = rounds == ROUNDS or len(placed) == before
             if in_vain or not _denser(sources, taken, placed, folder, work):
-                break
+                return mapped, raw
         say("video", "frames were not placed: taken denser there")
         taken.save(folder)
-    return model, raw
+        rounds += 1
+
+
+def _mended(
+    sources: Sequence[Source], taken: SampledFrames, folder: Path, work: Work, mapped: Mapped
+) -> Mapped:
+    """The same where the path does not jump; else placed once more, without the far matches
+    across the jumps that may have folded it, and kept where it jumps less."""
+    jumps = _jumps(sources, taken, mapped.model)
+    if not jumps or work.by is not None:
+        return mapped
+    raw, parts = unplaced(sources, taken, folder)
+    breaks = sorted(raw.names.index(jump["name"]) for jump in jumps)
+    try:
+        again = sfm.place(raw, replace(work, parts=parts, breaks=breaks))
+    except sfm.NotPlaced:
+        return mapped
+    enough = again.model.num_reg_images() >= KEPT * mapped.model.num_reg_images()
+    return again if enough and len(_jumps(sources, taken, again.model)) < len(jumps) else mapped
+
+
+def _jumps(
+    sources: Sequence[Source], taken: SampledFrames, model: pycolmap.Reconstruction
+) -> list[dict]:
+    """Frames of videos that are turned away from the one before them, with their seconds."""
+    found = []
+    poses = {image.name: image.cam_from_world().matrix() for image in model.images.values()}
+    for source in sources:
+        shots = [s for s in taken.shots.get(source.name, ()) if source.named(s.name) in poses]
+        names = [source.named(shot.name) for shot in shots]
+        seconds = np.array([shot.seconds for shot in shots])
+        turns = turned_away(np.array([poses[name] for name in names]).reshape(-1, 3, 4), seconds)
+        for at in np.flatnonzero(turns).tolist():
+            times = {"from": seconds[at - 1], "to": seconds[at]}
+            jump = {"video": source.path.name, "name": names[at], "degrees": round(turns[at])}
+            found.append(jump | times)
+    return found
 
 
 def _denser(
@@ -145,27 +184,22 @@ def _found(
     }
 
 
-def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
-    """Frames that COLMAP places with another seed, and degrees that both sets of poses differ by.
+def compared(mapped: Mapped) -> dict | None:
+    """Frames that the other mapper places, and degrees that both sets of poses differ by.
 
-    The degrees are None for fewer than two frames of both; all is, where a program placed them, no
-    matches are kept, or more than 150 were placed.
+    The degrees are None for fewer than two frames of both; all is where a program placed them.
     """
-    count = model.num_reg_images()
-    if work.by is not None or work.folder is None or count > MOST_REPEATED:
+    if not mapped.by:
         return None
-    quiet = replace(work, watch=lambda label: work.watch(f"{label} again"))
-    database = work.folder / DATABASE
-    found = build(database, work.folder, count, quiet, seed=SEED + 1)
-    second = max(found.values(), key=lambda m: m.num_reg_images(), default=None)
+    first, second = mapped.model, mapped.other
     if second is None:
         return {"placed": 0, "degrees": None}
-    both = sorted(set(model.reg_image_ids()) & set(second.reg_image_ids()))
-    first, other = (
+    both = sorted(set(first.reg_image_ids()) & set(second.reg_image_ids()))
+    turns = [
         np.array([m.images[i].cam_from_world().matrix()[:, :3] for i in both])
-        for m in (model, second)
-    )
-    degrees = round(apart(first, other), 2) if len(both) > 1 else None
+        for m in (first, second)
+    ]
+    degrees = round(apart(*turns), 2) if len(both) > 1 else None
     return {"placed": second.num_reg_images(), "degrees": degrees}
 
 
@@ -177,16 +211,19 @@ def apart(first: np.ndarray, other: np.ndarray) -> float:
     return float(np.degrees(np.median(np.arccos(np.clip(cosines[rows, columns], -1, 1)))))
 
 
-def doubt(found: dict) -> str:
-    """Return a sentence on poses that are not sure; empty where they are."""
-    again = found.get("repeated")
-    if not again:
-        return ""
-    placed = len(found["placed"])
-    if abs(again["placed"] - placed) > OTHER * placed:
-        said = f"COLMAP places {again['placed']} frames, not {placed}"
-    elif again["degrees"] is not None and again["degrees"] > UNSURE:
-        said = f"COLMAP's poses differ by {again['degrees']:.0f} degrees"
+def doubts(found: dict) -> list[str]:
+    """Return sentences on poses that are not sure."""
+    said, other, placed = [], found.get("other"), len(found["placed"])
+    if other and other["placed"] < FEW * placed:
+        differ = f"one places {other['placed']} frames, the other {placed}"
     else:
-        return ""
-    return f"the poses may be wrong: with another seed {said}"
+        degrees = (other and other["degrees"]) or 0
+        differ = f"their poses differ by {degrees:.0f} degrees" if degrees > UNSURE else ""
+    if differ:
+        said.append(f"the poses may be wrong: of COLMAP's two mappers, {differ}")
+    if jumps := found.get("jumps"):
+        times = ", ".join(f"{jump['from']:.1f} to {jump['to']:.1f} s" for jump in jumps)
+        turn = max(jump["degrees"] for jump in jumps)
+        alike = "the scene may look alike from two sides"
+        said.append(f"the path jumps, by up to {turn} degrees: {times}; {alike}")
+    return said

@@ -11,9 +11,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fsel.captures.colmap import runs
+from fsel.captures.colmap import mapping, runs
 from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides
+from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images import files as image_files
@@ -102,13 +103,11 @@ def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap
 
 def reconstruct(raw: RawCapture, work: Work) -> RawCapture:
     """Return a capture's placed frames, with poses, cameras and points from the images alone."""
-    return with_model(raw, place(raw, work), f"not placed by {work.who}")
+    return with_model(raw, place(raw, work).model, f"not placed by {work.who}")
 
 
-def place(
-    raw: RawCapture, work: Work, start: pycolmap.Reconstruction | None = None
-) -> pycolmap.Reconstruction:
-    """Return the largest model built from a capture's images, its images named as the frames.
+def place(raw: RawCapture, work: Work, start: pycolmap.Reconstruction | None = None) -> Mapped:
+    """Return the best model built from a capture's images, its images named as the frames.
 
     The world is COLMAP's, or the program's, own; nothing is aligned to poses that the capture came
     with. COLMAP goes on with a model that was made in the same folder; programs start anew.
@@ -122,21 +121,21 @@ def place(
         names = runs.linked(raw.images, folder / "images", work.parts)
         if work.by is not None:
             models = [colmap.load_model(path) for path in work.by.models(folder)]
+            found: Mapped | None = Mapped(max(models, key=lambda model: model.num_reg_images()))
         else:
-            models = _mapped(raw, names, folder, work, start)
-        placed = max((model.num_reg_images() for model in models), default=0)
+            found = _mapped(raw, names, folder, work, start)
+        placed = found.model.num_reg_images() if found else 0
         log.info("%s placed %d of %d frames", work.who, placed, len(names))
-        if placed < MIN_PLACED:
+        if found is None or placed < MIN_PLACED:
             said = f"{work.who} placed {placed} of {len(names)} frames"
             said += f"; at least {MIN_PLACED} are needed"
             raise NotPlaced(raw.images[0], said, "" if work.by else cause(folder / DATABASE))
-        model = max(models, key=lambda model: model.num_reg_images())
-        rows = matched(names, [image.name for image in model.images.values()])
-        for image in model.images.values():
+        rows = matched(names, [image.name for image in found.model.images.values()])
+        for image in found.model.images.values():
             if image.name not in rows:
                 raise ValueError(f"{work.who} placed {image.name!r}, none of {names[:3]} ...")
             image.name = raw.names[rows[image.name]]
-    return model
+    return found
 
 
 def _mapped(
@@ -145,8 +144,8 @@ def _mapped(
     folder: Path,
     work: Work,
     start: pycolmap.Reconstruction | None,
-) -> list[pycolmap.Reconstruction]:
-    """Return the models that COLMAP's incremental mapper builds in a folder."""
+) -> Mapped | None:
+    """Return what COLMAP's mappers build in a folder."""
     database, begun = folder / DATABASE, None
     runs.extract(database, folder / "images", names, work)
     runs.match(database, names, work)
@@ -159,7 +158,9 @@ def _mapped(
             image.name = stored[image.name]
         begun = folder / "begun"
         write_model(renamed, begun)
-    return list(runs.build(database, folder, len(names), work, start=begun).values())
+    if work.breaks:
+        mapping.separate(database, names, work.breaks)
+    return mapping.build(database, folder, len(names), work, begun)
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:

@@ -27,6 +27,7 @@ MOST_POINTS = 200  # of each frame, those in the longest tracks, that colors are
 BURNT = 0.3  # share of the pixels clipped to white above that of the frames beside
 PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
 OFF_PATH = "times as far off the path beside it as a smooth one may lie"
+TURNED = "degrees turned since the frame before, where the path jumps"
 SHOWN = 0.5  # share of a frame's points that others must see to show what it shows
 
 
@@ -138,6 +139,11 @@ class _Placed:
             of_pass = np.flatnonzero(labels == label)
             off[of_pass] = poses.jumps(raw.world_to_camera[of_pass])
         off[~np.isnan(median)] = 0
+        turns = {
+            jump["name"]: jump["degrees"] for jump in (self.opened.found or {}).get("jumps", ())
+        }
+        turned = np.array([turns.get(name, 0) for name in raw.names])
+        found += exceeding(findings.MISPLACED, turned, poses.AWAY, TURNED)
         return found + exceeding(findings.MISPLACED, off, 1.0, OFF_PATH)
 
     def shown(self, frame: int, staying: np.ndarray) -> bool:

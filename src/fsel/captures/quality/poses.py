@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.geometry import camera_centers, lengths
+from fsel.core.geometry import camera_centers, lengths, viewing_angles
 from fsel.core.points import quantile_of
 
 TIMES = 6.0  # the capture's median error that a frame's is at most
@@ -16,6 +16,7 @@ FAR = 3.0  # typical steps that a frame lies off the path of those beside it, at
 TURNED = np.radians(5)  # that it is turned off their directions, at most
 SMOOTH = 0.95  # share of the frames that lie within a part of both, on a path
 PART = (0.5 / FAR, 0.5)
+AWAY, USUAL = 60.0, 8.0  # degrees of a jump, and times the usual turn a second, at least
 
 
 def reprojection(
@@ -80,6 +81,20 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
     turned = np.max([_off(world_to_camera[:, row, :3]) for row in (1, 2)], axis=0) / TURNED
     off = np.quantile([moved, turned], SMOOTH, axis=1, method="lower")
     return np.maximum(moved, turned) if (off <= PART).all() else nothing
+
+
+def turned_away(world_to_camera: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """Return by how many degrees each frame of a video looks away from the one before; (n,), zero
+    but where no hand turns so fast.
+
+    A scene that looks alike from two sides folds a path, and both parts agree with all they see.
+    """
+    axes, found = world_to_camera[:, 2, :3], np.zeros(len(seconds))
+    if len(seconds) >= LEAST_PATH:
+        degrees = np.degrees(viewing_angles(axes[1:], axes[:-1]))
+        pace = degrees / np.diff(seconds)
+        found[1:] = np.where((degrees > AWAY) & (pace > USUAL * np.median(pace)), degrees, 0)
+    return found
 
 
 def _limit(errors: np.ndarray, side: float) -> float:

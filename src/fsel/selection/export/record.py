@@ -205,7 +205,7 @@ def _placed(found: dict | None) -> dict | None:
     """Return frames of a video or photos that were placed and not, and the times that were lost."""
     if found is None:
         return None
-    rest = {key: found.get(key) for key in ("not_placed", "lost", "still", "repeated")}
+    rest = {key: found.get(key) for key in ("not_placed", "lost", "still", "other", "jumps")}
     return {"frames": found["frames"], "placed": len(found["placed"])} | rest
 
 

@@ -1,0 +1,127 @@
+"""COLMAP's two mappers side by side: `python -m` of this module maps globally (Pan et al. 2024)."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fsel.captures.colmap import features
+from fsel.captures.colmap.camera import pycolmap
+from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
+from fsel.captures.colmap.pairs import OVERLAP
+from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
+from fsel.captures.images.matching import epipolar_distances
+from fsel.core.limits import threads
+from fsel.core.programs import running
+
+GLOBAL, INCREMENTAL = "global", "incremental"
+AGREES = 0.004  # of the longer side that a match lies off the epipolar lines: 2 pixels at 480
+UNIT = np.array([1.0, 1, 0, 0])  # intrinsics of rays
+
+
+class Mapped(NamedTuple):
+    """A model, the mapper that made it, and the model that COLMAP's other mapper made, if any."""
+
+    model: pycolmap.Reconstruction
+    by: str = ""
+    other: pycolmap.Reconstruction | None = None
+
+
+def build(
+    database: Path, folder: Path, count: int, work: Work, start: Path | None = None
+) -> Mapped | None:
+    """Map a database of `count` images globally and incrementally, on half of the threads each.
+
+    The model is kept that agrees with more of the verified matches; a frame that it did not place
+    agrees with none. The incremental mapper goes on with the model in `start`.
+    """
+    for by in (GLOBAL, INCREMENTAL):
+        shutil.rmtree(folder / by, ignore_errors=True)
+        (folder / by).mkdir()
+    copy = shutil.copy(database, folder / f"{GLOBAL}.db")  # focal lengths are estimated there
+    shares, least = (threads() // 2 or 1, -(-threads() // 2)), features.INLIERS[work.features]
+    options = pycolmap.IncrementalPipelineOptions(
+        num_threads=shares[1],
+        random_seed=SEED,
+        min_num_matches=least,
+        min_model_size=MIN_PLACED,
+    )
+    words = map(str, (copy, folder / "images", folder / GLOBAL, shares[0], least))
+    placed = iter(work.watch("poses")(itertools.count(), count))
+    with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
+        if threads() == 1:
+            process.wait()
+        models = pycolmap.incremental_mapping(
+            database,
+            folder / "images",
+            folder / INCREMENTAL,
+            options,
+            input_path=start or "",
+            next_image_callback=lambda: next(placed),
+        )
+        process.wait()
+    pairs, best = verified_pairs(database), list[tuple[int, str, pycolmap.Reconstruction]]()
+    wide = [pycolmap.Reconstruction(str(path)) for path in sorted((folder / GLOBAL).iterdir())]
+    for by, built in ((GLOBAL, wide), (INCREMENTAL, models.values())):
+        rated = [(agreeing(model, pairs), by, model) for model in built]
+        best += sorted(rated, key=lambda one: -one[0])[:1]
+    best.sort(key=lambda one: -one[0])
+    return Mapped(best[0][2], best[0][1], *(model for *_, model in best[1:])) if best else None
+
+
+def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> int:
+    """Return how many verified matches lie on the epipolar lines of a model's poses."""
+    count, placed = 0, set(model.reg_image_ids())
+    for pair in pairs:
+        if placed.issuperset(pair.images):
+            images = [model.images[key] for key in pair.images]
+            cameras = [model.cameras[image.camera_id] for image in images]
+            sides = [max(camera.width, camera.height) for camera in cameras]
+            seen = zip(cameras, sides, pair.places, strict=True)
+            rays = [camera.cam_from_img(side * places) for camera, side, places in seen]
+            poses = [image.cam_from_world().matrix() for image in images]
+            focal = cameras[0].mean_focal_length() / sides[0]
+            distances = epipolar_distances(*rays, *poses, UNIT, UNIT)  # type: ignore[call-arg]
+            count += int((distances * focal < AGREES).sum())
+    return count
+
+
+def separate(database: Path, names: Sequence[str], breaks: Sequence[int]) -> None:
+    """Remove the matches of images on both sides of a break of the path, but those of neighbours.
+
+    Args:
+        names: of images in the order in which they were filmed.
+        breaks: rows of the images before which the path breaks.
+    """
+    rows = {name: row for row, name in enumerate(names)}
+    stretch = np.searchsorted(breaks, np.arange(len(names)), side="right")
+    verified = verified_pairs(database)
+    with pycolmap.Database.open(str(database)) as stored:
+        known = {image.image_id: rows[image.name] for image in stored.read_all_images()}
+        for pair in verified:
+            i, j = (known[key] for key in pair.images)
+            if stretch[i] != stretch[j] and abs(i - j) > OVERLAP:
+                stored.delete_two_view_geometry(*pair.images)
+
+
+def main(database: str, images: str, output: str, workers: str, least: str) -> None:
+    """Write the global mapper's models, with focal lengths estimated from pairs first."""
+    options = pycolmap.GlobalPipelineOptions(
+        num_threads=int(workers),
+        random_seed=SEED,
+        min_num_matches=int(least),
+        min_model_size=MIN_PLACED,
+    )
+    pycolmap.calibrate_view_graph(database, pycolmap.ViewGraphCalibrationOptions(random_seed=SEED))
+    pycolmap.global_mapping(database, images, output, options)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
