@@ -5,14 +5,15 @@
 does all of it, on the captures in `FSEL_CAPTURES` or folders that are named, and
 `benchmarks/captures_page.py` writes docs/results/captures_unknown.md.
 
-One frame in eight is held out. Each selection of the others is reconstructed by `gaussians` (128
-pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored on the frames
-held out: uniform sampling, the rule alone (`--patience 0`), what is kept after trying on the
-capture's own frames (the default), and with `--targets` the frames held out: Nearest, the rule, and
-what is kept after trying on their images; once on all of them, which then score too, and once on
-every second one, the others being those that score. What is tried makes all its planned fits and is
-scored with `--seeds` seeds. `--made` measures on four captures made of each: a pause, six bursts,
-the same path filmed twice, and the second time in other light. Rows that are there are kept.
+One frame in eight is held out. Each selection of the others is reconstructed by `gaussians` (600
+steps; 6,000 Gaussians at 128 pixels, 20,000 at 384) and by `splats`, or as `--by` says, and scored
+on the frames held out: uniform sampling, what people run before poses are known, the rule alone
+(`--patience 0`), what is kept after trying on the capture's own frames (the default), and with
+`--targets` the frames held out: Nearest, the rule, and what is kept after trying on their images;
+once on all of them, which then score too, and once on every second one, the others being those that
+score. What is tried makes all its planned fits and is scored with `--seeds` seeds. `--made`
+measures on four captures made of each: a pause, six bursts, the same path filmed twice, and the
+second time in other light. Rows that are there are kept.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections import defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cache
@@ -37,24 +39,25 @@ from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.candidates import RULE as OWN
 from fsel.selection.candidates import serving
-from fsel.selection.halving import SuccessiveHalving, halving_of, small_fits
+from fsel.selection.halving import METRICS, SuccessiveHalving, halving_of, small_fits
 from fsel.selection.problem import request_problem
 from fsel.selection.targets import targets_of
 from fsel.selection.validation import STATED, TimeBudget
-from fsel.selectors.baselines.nearest import nearest
+from fsel.selectors.baselines import PRACTICE
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY = 8  # one frame in so many is held out
-LONG_SIDE = 128
+SIZES = {128: 6000, 384: 20_000}  # pixels of the longer side, and Gaussians
 SETTINGS = {
-    "gaussians": {"steps": 600, "gaussians": 6000, "background": "mean"},
+    "gaussians": {"steps": 600, "background": "mean"},
     "splats": {},
     "radiance_field": {},
 }
-EVEN, RULE, TRIED, TOLD = "every n-th frame", "the rule alone", "tried", "targets known"
+EVEN, RULE, TRIED, TOLD = "evenly spaced", "the rule alone", "tried", "targets known"
 NEAR, LOOKED, UNSEEN = "Nearest", "targets known, tried", "targets known, others tried"
-KNOWN = (NEAR, LOOKED, UNSEEN)
-METHODS = (RULE, TRIED, TOLD, *KNOWN)
+RULES = {RULE: "fsel", **{name: name for name in PRACTICE}}  # targets unknown
+AIMED = {TOLD: "fsel", NEAR: "nearest"}
+METHODS = (*RULES, TRIED, *AIMED, LOOKED, UNSEEN)
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
 ENDLESS = TimeBudget(float("inf"))
@@ -131,16 +134,18 @@ def kept_by(race: SuccessiveHalving) -> tuple[np.ndarray, dict[str, object]]:
 
 def tried(capture: Capture, k: int) -> tuple[np.ndarray, dict[str, object]]:
     """(k,) frames that are kept after trying on the capture's own."""
-    targets, rule = targets_of(capture, None), ruled(capture, k)
+    targets, rule = targets_of(capture, None), selected(capture, k)
     problem = request_problem(capture, targets, np.zeros(len(capture)), None, None)
     race = halving_of(problem, rule, np.empty(0, np.int64))
     return (rule, {"kept": "fsel", "fits": 0}) if race is None else kept_by(race)
 
 
-def ruled(capture: Capture, k: int, targets: np.ndarray | None = None) -> np.ndarray:
-    """(k,) frames that the rule picks, without an image being read."""
-    chosen = fsel.select(capture, k, targets, patience=0, sharpness=np.zeros(len(capture)))
-    return chosen.indices
+def selected(
+    capture: Capture, k: int, method: str = "fsel", targets: np.ndarray | None = None
+) -> np.ndarray:
+    """(k,) frames that a method picks; `fsel` and Nearest read no image."""
+    sharpness = None if method in PRACTICE else np.zeros(len(capture))
+    return fsel.select(capture, k, targets, method, patience=0, sharpness=sharpness).indices
 
 
 def told(
@@ -149,8 +154,7 @@ def told(
     """What `picked` yields of the frames held out, their images being read."""
     targets = targets_of(capture, held)
     problem = request_problem(capture, targets, np.zeros(len(capture)), None, None)
-    yield NEAR, [nearest(problem, problem.observed, k)] * 2, {}
-    rule = ruled(capture, k, held)
+    rule = selected(capture, k, targets=held)
     picks = {OWN: rule} | serving(problem, rule, held)
     picks = {name: np.sort(frames) for name, frames in picks.items()}
     score = small_fits(capture, held, picks)
@@ -179,19 +183,25 @@ def picked(
     if k >= len(seen) or not methods:
         return
     yield EVEN, [seen[evenly(len(seen), k)]] * 2, {}
-    if RULE in methods:
-        yield RULE, [seen[ruled(capture.subset(seen), k)]] * 2, {}
+    own = capture.subset(seen)
+    for name in RULES.keys() & methods:
+        yield name, [seen[selected(own, k, RULES[name])]] * 2, {}
     if TRIED in methods:
-        frames, more = tried(capture.subset(seen), k)
+        frames, more = tried(own, k)
         yield TRIED, [seen[frames]] * 2, more
-    if TOLD in methods:
-        yield TOLD, [ruled(capture, k, held)] * 2, {}
-    if not set(KNOWN).isdisjoint(methods):
+    for name in AIMED.keys() & methods:
+        yield name, [selected(capture, k, AIMED[name], held)] * 2, {}
+    if {LOOKED, UNSEEN} & set(methods):
         yield from told(capture, held, k)
 
 
 def rows(
-    capture: Capture, start: int, k: int, methods: dict[str, Collection[str]], seeds: int
+    capture: Capture,
+    start: int,
+    k: int,
+    methods: dict[str, Collection[str]],
+    made: dict[tuple[str, int, str], list[float]],
+    asked: argparse.Namespace,
 ) -> Iterator[dict[str, object]]:
     """One a method, reconstructor and seed, of one capture, hold-out and budget.
 
@@ -199,37 +209,43 @@ def rows(
         capture: all frames.
         start: the first that is held out.
         k: how many are picked.
-        methods: reconstructor -> those that it is to score, beside every n-th frame.
-        seeds: fits of what was tried, where it is not every n-th frame.
+        methods: reconstructor -> those that it is to score, beside evenly spaced frames.
+        made: reconstructor, seed and frames -> PSNR and SSIM, which what is new is added to.
+        asked: `seeds`: fits of what was tried, where it is not evenly spaced; `side`: pixels.
     """
     held = np.arange(start, len(capture), EVERY)
 
     @cache
     def worth(by: str, seed: int, frames: tuple[int, ...]) -> np.ndarray:
-        return scored(capture, by, seed, np.array(frames), held)
+        return scored(capture, by, seed, np.array(frames), held, asked.side)
 
     picks = list(picked(capture, held, k, set().union(*methods.values())))
     even = [subset_key(frames) for frames in picks[0][1]] if picks else []
-    for (by, asked), (method, parts, more) in product(methods.items(), picks):
+    for (by, wanted), (method, parts, more) in product(methods.items(), picks):
         keys = [subset_key(frames) for frames in parts]
-        fits = 1 if by == "splats" or method != TRIED or keys == even else seeds
-        for seed in range(fits if method in asked else 0):
+        fits = 1 if by == "splats" or method != TRIED or keys == even else asked.seeds
+        for seed in range(fits if method in wanted else 0):
             for name, own in ((EVEN, even), (method, keys)):
-                each = [worth(by, seed, key)[at::2] for at, key in enumerate(own)]
-                psnr, ssim = np.concatenate(each).mean(axis=0).round(5).tolist()
-                head = {"start": start, "k": k, "by": by, "seed": seed, "method": name}
-                yield head | {"psnr": psnr, "ssim": ssim} | (more if name != EVEN else {})
+                if (key := (by, seed, str(own))) not in made and keys != even:
+                    each = [worth(by, seed, frames)[at::2] for at, frames in enumerate(own)]
+                    made[key] = np.concatenate(each).mean(axis=0).round(5).tolist()
+                scores = dict(zip(METRICS, made.get(key, (None, None)), strict=True))
+                head = {"side": asked.side, "start": start, "k": k, "by": by, "seed": seed}
+                found = {"method": name, "frames": str(own), **scores}
+                yield head | found | (more if name != EVEN else {})
 
 
 def scored(
-    capture: Capture, by: str, seed: int, frames: np.ndarray, held: np.ndarray
+    capture: Capture, by: str, seed: int, frames: np.ndarray, held: np.ndarray, side: int
 ) -> np.ndarray:
     """(F, 2) PSNR in dB and SSIM of the frames held out."""
     settings = SETTINGS[by] if by == "splats" else SETTINGS[by] | {"seed": seed}
-    section = {"name": by, "long_side": LONG_SIDE, "settings": settings}
+    if by == "gaussians":
+        settings |= {"gaussians": SIZES[side]}
+    section = {"name": by, "long_side": side, "settings": settings}
     model = reconstructor_of(capture, section).fit(frames)
     truth = np.asarray(capture.images[held])
-    return score_views(model.render(capture.view(held)), truth, None, ("psnr", "ssim"))
+    return score_views(model.render(capture.view(held)), truth, None, METRICS)
 
 
 def measure(asked: argparse.Namespace) -> None:
@@ -239,11 +255,14 @@ def measure(asked: argparse.Namespace) -> None:
             f"no capture named, and no COLMAP capture in {HOME}. Hint: FSEL_CAPTURES names their "
             "folder; config/captures.yaml says where they come from"
         )
-    known = set()
-    if asked.rows.exists():
+    known, made = set(), defaultdict(dict)
+    if asked.rows.exists() and asked.rows.stat().st_size:
         table = pd.read_json(asked.rows, lines=True)
         columns = ["capture", "start", "k", "by", "method"]
         known = set(table[columns].itertuples(index=False, name=None))
+        for row in table.itertuples():
+            if row.psnr == row.psnr:  # null where evenly spaced frames were not fitted
+                made[row.capture, row.start][row.by, row.seed, row.frames] = [row.psnr, row.ssim]
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
     opened = list(captures(asked))
     with asked.rows.open("a") as file:
@@ -254,7 +273,7 @@ def measure(asked: argparse.Namespace) -> None:
                 ]
                 for by in asked.by
             }
-            for row in list(rows(capture, start, k, left, asked.seeds)):
+            for row in list(rows(capture, start, k, left, made[name, start], asked)):
                 print(json.dumps({"capture": name} | row), file=file, flush=True)
             print(name, start, k, flush=True)
 
@@ -262,7 +281,7 @@ def measure(asked: argparse.Namespace) -> None:
 def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
     """Those on disk, or what is made of them, and their names."""
     for folder in asked.folders:
-        capture = read_capture(folder, long_side=LONG_SIDE)
+        capture = read_capture(folder, long_side=asked.side)
         if not asked.made:
             yield folder.name, capture
             continue
@@ -275,6 +294,7 @@ if __name__ == "__main__":
     found = sorted(path.parent for path in HOME.glob("*/sparse"))
     parser.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
     parser.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
+    parser.add_argument("--side", type=int, default=128, choices=SIZES, help="pixels")
     parser.add_argument("--made", action="store_true", help="on captures made of them, see above")
     parser.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")
     parser.add_argument("--budgets", type=int, nargs="+", default=[10, 15, 20, 30, 50])

@@ -125,6 +125,7 @@ use rule stage as split with:
         **experiment.resources(grows="capture"),
     params:
         lib=experiment.library("split"),
+        every=experiment.config["hold_out"]["every"],
         protocol=experiment.datasets.protocol,
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),

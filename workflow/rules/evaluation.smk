@@ -42,6 +42,8 @@ use rule stage as select with:
         **experiment.resources(2000, 30, "capture"),
     params:
         lib=experiment.library("select"),
+        practice=experiment.config["practice"],
+        first=experiment.first,
         protocol=experiment.datasets.protocol,
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
@@ -123,6 +125,7 @@ use rule table as ksweep with:
         budgets=experiment.config["budgets"],
         metrics=experiment.metrics,
         facts=experiment.facts_of,
+        hold_out=experiment.config["hold_out"],
 
 
 use rule table as heatmap with:

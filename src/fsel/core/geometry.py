@@ -191,11 +191,13 @@ def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray
     return centers + np.where(along > least, along, 0.0)[:, None] * axes
 
 
-def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
-    """Sample the farthest camera centres from a start; at most len(region) frames."""
-    chosen = [start]
-    gap = np.linalg.norm(centers[region] - centers[start], axis=1)
-    taken = region == start
+def farthest_views(
+    region: np.ndarray, centers: np.ndarray, k: int, start: int | np.ndarray
+) -> np.ndarray:
+    """Sample the farthest camera centres from a start, or several; at most len(region) frames."""
+    chosen = np.atleast_1d(start).tolist()
+    gap = np.linalg.norm(centers[region][:, None] - centers[chosen], axis=2).min(axis=1)
+    taken = np.isin(region, chosen)
     while len(chosen) < min(k, len(region)):
         best = int(np.argmax(np.where(taken, -1.0, gap)))
         taken[best] = True

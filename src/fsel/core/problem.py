@@ -31,7 +31,7 @@ class Problem:
         focus: (3,) centre of the object that the request is about, which then is every view's
             reference point; None for the whole scene.
         fixed_picks: (g,) int64 frames of the pool that are picked first, whatever they are worth;
-            only methods that score frames one by one look at it.
+            only methods that say so look at it.
         targets_unknown: whether the targets stand for the whole capture, since nobody said what
             will be rendered.
         proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
@@ -102,6 +102,7 @@ class Method:
         seeds: how many random seeds its results average over; 1 for a deterministic method.
         reads: which of `appearance`, `sharpness` and `images` it looks at; others are left out.
         tracks: whether it looks at sparse points and the frames that see them.
+        begins: whether it begins with the problem's `fixed_picks`.
     """
 
     name: str
@@ -112,6 +113,7 @@ class Method:
     seeds: int = 1
     reads: tuple[str, ...] = ()
     tracks: bool = False
+    begins: bool = False
 
 
 def checked_select(

@@ -9,12 +9,12 @@ import pandas as pd
 from fsel.captures.layouts import dl3dv
 from fsel.core.files import Files, read_table
 from fsel.evaluation.summary import ALL_DATASETS, ALL_FRAMES, draw_means
-from fsel.selectors.baselines import FURTHER, METHODS, PAPER
+from fsel.selectors.baselines import FURTHER, METHODS, PAPER, PRACTICE
 from fsel.selectors.policies import POLICIES
 
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
-LABELS = {**BASELINES, **LEARNED}
+LABELS = {**BASELINES, **{name: method.label for name, method in PRACTICE.items()}, **LEARNED}
 PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}  # of figures
 REFERENCES = {
     dl3dv.LISTED: dl3dv.LISTED_LABEL,
@@ -66,6 +66,6 @@ def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, st
     """Return method -> label of the rows between two rules, for methods with a number to print."""
     shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
     labels = LABELS | REFERENCES
-    groups = (PAPER, FURTHER, LEARNED, REFERENCES)
+    groups = (PAPER, {**FURTHER, **PRACTICE}, LEARNED, REFERENCES)
     rows = [{name: labels[name] for name in group if name in shown} for group in groups]
     return [group for group in rows if group]

@@ -167,7 +167,7 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
 def _check_number(request: SelectionRequest, k: int | Auto | None, method: Method) -> None:
     """Refuse what does not go with finding a number of frames, or with frames to keep."""
     auto = isinstance(k, Auto)
-    if is_stated(request.always) and (auto or not isinstance(method, ScoringMethod)):
+    if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
             "frames to select always (--always) need a number of frames and a method "
             f"that scores them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "

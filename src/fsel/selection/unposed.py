@@ -13,12 +13,13 @@ from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.registry import Registry
 from fsel.features.appearance import LAB_HOG, descriptors
 from fsel.selection.bad_frames import in_words
-from fsel.selectors.baselines import METHODS, PRACTICE
+from fsel.selectors.baselines import METHODS, PRACTICE, WITHOUT_POSES
 from fsel.selectors.baselines.farthest_appearance import farthest
 
 DEFAULT = "best_n"
-_HOMES = {name: METHODS.homes[name] for name in ("uniform", "sharpest")}
-POSELESS: Registry[Method] = Registry("method without poses", {**PRACTICE.homes, **_HOMES})
+_HOMES = PRACTICE.homes | METHODS.homes
+_NAMES = (*WITHOUT_POSES, "uniform", "sharpest")
+POSELESS: Registry[Method] = Registry("method without poses", {n: _HOMES[n] for n in _NAMES})
 
 
 def select_unposed(

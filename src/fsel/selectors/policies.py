@@ -154,6 +154,7 @@ class Policy:
             nested=True,
             select=select,
             reads=self.reads,
+            begins=pick is not greedy,
             scorer=scorer,
             ranked=ranked,
         )

@@ -9,7 +9,7 @@ from fsel.core.problem import MOST_FRAMES
 from fsel.evaluation.latex import made_by, sweep_table, tex
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.summary import summarise, with_all_datasets, write_csv
-from fsel.evaluation.sweep import BASELINES, LEARNED, row_groups, sweep_cells, with_all_label
+from fsel.evaluation.sweep import LABELS, LEARNED, row_groups, sweep_cells, with_all_label
 from fsel.metrics import Metrics, directions, headings
 
 
@@ -26,6 +26,7 @@ def ksweep(
     budgets: Sequence[int],
     metrics: Metrics,
     facts: Mapping,
+    hold_out: Mapping | None = None,
 ) -> None:
     """Write the table "Input budget sweep", its numbers with intervals, and paired differences.
 
@@ -34,6 +35,7 @@ def ksweep(
         numbers, differences: receive means, and the learned methods' differences to every other.
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
         facts: what the caption says, see `caption`.
+        hold_out: the config's section, of which the caption says what is not the default.
     """
     names, files = list(metrics), ([*problems, *searched], [*evaluations, *oracles])
     cells = with_all_datasets(sweep_cells(*files, names, facts=facts, by_seed=True))
@@ -41,12 +43,16 @@ def ksweep(
     write_csv(means, numbers)
     write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
-    known = {**facts, "searched": any("search" in group for group in groups)}
+    known = {
+        **facts,
+        "searched": any("search" in group for group in groups),
+        "hold_out": hold_out or {},
+    }
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in with_all_label(datasets).items()},
         groups=groups,
-        ranked=[*BASELINES, *LEARNED],
+        ranked=list(LABELS),
         budgets=budgets,
         higher_is_better=directions(metrics),
         caption=caption(known, metrics),
@@ -60,7 +66,7 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
 
     Args:
         facts: as in `made_by`, and search_k, draws, oracle_draws, oracle_dataset, searched (whether
-            the searches have rows).
+            the searches have rows), and hold_out, the config's.
     """
     thinned = f"{MOST_FRAMES:,} evenly spread ones where a capture has more"
     references = f"all frames without selection ({thinned})."
@@ -70,10 +76,16 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
             rf"({tex(facts['oracle_dataset'])} alone, $K{{=}}{facts['search_k']}$, "
             f"{facts['oracle_draws']} of {facts['draws']} target draws), and {references}"
         )
+    targets = ""
+    if every := facts.get("hold_out", {}).get("every"):
+        targets = (
+            f"One frame in {every} is a target that no method knows, and all begin with the same "
+            f"{facts['hold_out']['first']} views. "
+        )
     return (
         r"\textbf{Input budget sweep across datasets}. Each cell reports "
         f"{'~/~'.join(headings(metrics))}, averaged over targets, target draws and seeds within a "
         "scene, then over scenes; the best selection of each column is in bold. "
-        f"{made_by(facts)} Between rules: the paper's baselines, further ones, the learned "
-        f"selectors, and for reference {references}"
+        f"{targets}{made_by(facts)} Between rules: the paper's baselines, further ones, the "
+        f"learned selectors, and for reference {references}"
     )

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.files import File, Files, read_columns, stacked, write_table
-from fsel.core.problem import Problem
+from fsel.core.geometry import farthest_views
+from fsel.core.problem import Method, Problem
 from fsel.evaluation import measuring
 from fsel.features.static import with_features
-from fsel.selectors.baselines import METHODS
+from fsel.selection.problem import request_problem
+from fsel.selection.targets import targets_of
+from fsel.selectors.baselines import METHODS, PRACTICE
 
 
 def select(
@@ -21,6 +27,8 @@ def select(
     *,
     budgets: Sequence[int],
     seeds: Sequence[int],
+    practice: bool = False,
+    first: int | None = None,
     protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
@@ -29,12 +37,21 @@ def select(
     Args:
         features: what `fsel.stages.features` wrote of them, one a draw.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
+        practice: whether the baselines of `PRACTICE` are among the methods.
+        first: frames that every method begins with, none of which knows the targets: the first one
+            and those farthest from it and each other; None where they know and begin as they do.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """
-    contenders = measuring.runs(METHODS.values(), weights)
+    methods = [*METHODS.values(), *(PRACTICE.values() if practice else ())]
+    runs = measuring.runs(methods, weights)
+    if first is not None:
+        runs = [run._replace(method=beginning(run.method)) for run in runs]
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
         problem = with_features(Problem.load(folder, split), read_columns(table), table)
-        picks = measuring.select(problem, contenders, budgets, measuring.rng_by_name(seed))
+        if first is not None:
+            pool, centers = problem.observed, problem.capture.centers
+            problem = unaimed(problem, pool, farthest_views(pool, centers, first, pool[0]))
+        picks = measuring.select(problem, runs, budgets, measuring.rng_by_name(seed))
         if protocol:
             listed = read_protocol(names=problem.capture.names, **protocol)
             known = [k for k in budgets if k in listed.inputs]
@@ -42,3 +59,22 @@ def select(
             more = measuring.select(problem, [run], known, measuring.rng_by_name(seed))
             picks = stacked([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)
+
+
+def unaimed(problem: Problem, pool: np.ndarray, first: np.ndarray) -> Problem:
+    """Return the problem of a whole capture: (n,) frames may be picked, some of them first."""
+    capture, targets = problem.capture, targets_of(problem.capture, None)
+    others = np.setdiff1d(np.arange(len(capture)), pool)
+    targets = replace(targets, views=capture.view(pool), never=others, always=first)
+    return request_problem(capture, targets, problem.sharpness, None, problem.descriptors)
+
+
+def beginning(method: Method) -> Method:
+    """Return a method that begins with `Problem.fixed_picks`, whether or not it looks at them."""
+
+    def picked(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+        first = problem.fixed_picks
+        rest = unaimed(problem, np.setdiff1d(problem.candidates, first), first[:0])
+        return np.concatenate([first, method.select(rest, k - len(first), rng)])
+
+    return method if method.begins else replace(method, select=picked)

@@ -18,6 +18,7 @@ def split(
     *,
     targets: int,
     seed: int,
+    every: int | None = None,
     protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
@@ -25,13 +26,16 @@ def split(
 
     Args:
         splits: one a draw, see `fsel.core.split.Split.table`.
+        every: each so manieth frame is a target; None for targets that are drawn.
         protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.dl3dv`; empty for none.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):
+        held = np.arange(0, len(capture), every) if every else None
         if protocol:
             held = read_protocol(names=capture.names, **protocol).targets
-            made = partition(capture, held, np.arange(len(capture)))
-        else:
+        if held is None:
             made = evaluation_split(capture, draw, seed, targets)
+        else:
+            made = partition(capture, held, np.arange(len(capture)))
         write_table(made.table(capture.names), output, units={}, config=config)

@@ -73,10 +73,15 @@ class Settings:
             )
         if not self.evaluation_scenes:
             raise Refusal("no dataset has evaluation scenes", "the tables need at least one")
-        listed = [name for name in entries if entries[name].get("protocol")]
+        listed = [f"datasets.{d}.protocol" for d in entries if entries[d].get("protocol")]
+        if self.first is not None:
+            listed.append("hold_out.every")
         if listed and draws != 1:
-            where = f"datasets.{listed[0]}.protocol"
+            where = listed[0]
             raise Refusal(f"draws is {draws}, and {where} has one", "set `draws: 1`")
+        if (self.first or 0) >= (least := min(self.config["budgets"])):
+            found = f"hold_out.first is {self.first}, and budgets begin with {least}"
+            raise Refusal(found, "every method picks more than it begins with")
         if search["kept"] > search["stored"]:
             found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"
             raise Refusal(found, "raise search.stored")
@@ -95,6 +100,12 @@ class Settings:
     def trained(self) -> str:
         """The dataset whose scenes are labelled."""
         return str(self.config["training"]["dataset"])
+
+    @property
+    def first(self) -> int | None:
+        """The number of views that methods begin with; None where targets are drawn and known."""
+        held = self.config["hold_out"]
+        return held["first"] if held["every"] else None
 
     def scenes(self, dataset: str, role: str) -> list[str]:
         """Return the names of a dataset's scenes with a role, in order."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 from scipy.spatial.transform import Rotation
 from selection_problems import permuted, problem_on, random_problem
 from watched_images import Watched
@@ -11,11 +12,12 @@ from watched_images import Watched
 from fsel.core.capture import Capture
 from fsel.core.points import SparsePoints
 from fsel.core.problem import checked_select
+from fsel.evaluation.methods import METHODS
 from fsel.experiments.studies.hard_cases.worlds import moved
-from fsel.selectors.baselines import METHODS
 from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
 from fsel.selectors.baselines.fisher_rf import Information
-from fsel.selectors.baselines.splat_views import START, Blends, blend, greedy_on_splats
+from fsel.selectors.baselines.splat_views import START, Blends, blend, greedily, greedy_on_splats
+from fsel.selectors.baselines.warp_rf import Inconsistency
 from fsel.synthetic import record
 
 K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels
@@ -192,29 +194,31 @@ def filmed():
     return problem_on(capture, targets=6)
 
 
-both = pytest.mark.parametrize("name", ["fisher_rf", "cover"])
+every = pytest.mark.parametrize("name", ["fisher_rf", "cover", "warp_rf"])
 
 
 def select(name, problem, k):
     return checked_select(METHODS[name], problem, k, np.random.default_rng(0))
 
 
-@both
+@every
 def test_only_images_of_picks_are_read(filmed, name):
     watched = Watched(filmed.capture.images)
     problem = replace(filmed, capture=replace(filmed.capture, images=watched))
     picks = select(name, problem, 12)
     assert watched.asked == set(picks[:8])  # fits from 4 and from 8
+    begun = replace(problem, fixed_picks=picks[[5, 2]])
+    assert select(name, begun, 3)[:2].tolist() == picks[[5, 2]].tolist()
 
 
-@both
+@every
 def test_a_filmed_scene_is_picked_to_the_last_frame_by_prefixes(filmed, name):
     whole = select(name, filmed, len(filmed.observed))
     for k in (1, 5, 13):
         np.testing.assert_array_equal(select(name, filmed, k), whole[:k])
 
 
-@both
+@every
 @pytest.mark.parametrize("points", [True, False])
 def test_picks_of_a_filmed_scene_follow_neither_the_world_nor_the_order(filmed, name, points):
     if not points:
@@ -255,3 +259,28 @@ def test_splats_lie_where_the_views_look(filmed):
     greedy_on_splats(filmed, START + 1, lambda blends: made.append(Lowest(blends)) or made[-1])
     blends = made[0].blends
     assert blends.covered[made[0].rows[:START]].min() > 0.6 * np.prod(blends.size)
+    begun = replace(filmed, fixed_picks=filmed.observed[:2])
+    greedy_on_splats(begun, 4, lambda blends: made.append(Lowest(blends)) or made[-1])
+    assert [one.rows for one in made[1:]] == [[0, 1, 2], [0, 1, 2, 3]]  # a fit after every pick
+
+
+def test_warped_renderings_are_sampled_where_a_pick_sees_the_point(filmed):
+    made = []
+    greedily(filmed, START + 1, lambda *seen: made.append(Inconsistency(*seen)) or made[-1])
+    one, row = made[0], 7
+    one.least[:] = np.inf
+    one.add(row)
+    assert one.scores()[row] < 1e-4 * one.least[row].size  # its own depth leads back to it
+    seen = one.points @ one.poses[row][:, :3].T + one.poses[row][:, 3]
+    fx, fy, cx, cy = one.cameras[row]
+    across, down = (
+        f * seen[..., a] / seen[..., 2] + c - 0.5 for a, f, c in ((0, fx, cx), (1, fy, cy))
+    )
+    warped = [
+        map_coordinates(one.images[row, ..., c], [down, across], order=1, mode="nearest")
+        for c in range(3)
+    ]
+    off = np.abs(np.stack(warped, axis=-1) - one.images).sum(axis=-1)
+    ahead = seen[..., 2] > 1e-3
+    assert ahead.mean() > 0.9
+    np.testing.assert_allclose(one.least[ahead], off[ahead], atol=1e-4)

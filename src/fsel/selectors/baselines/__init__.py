@@ -33,11 +33,12 @@ FURTHER: Registry[Method] = Registry(
 )
 """Further methods, in the order of the tables."""
 
-_PRACTICE = ("best_n", "thumbnail", "correlation", "drift", "farthest_appearance")
+WITHOUT_POSES = ("best_n", "thumbnail", "correlation", "drift", "farthest_appearance")
+_PRACTICE = (*WITHOUT_POSES, "warp_rf")
 PRACTICE: Registry[Method] = Registry(
     "method", {name: f"fsel.selectors.baselines.{name}:METHOD" for name in _PRACTICE}
 )
-"""What tools and pipelines do before poses are known; not in the workflow's tables."""
+"""What tools do before poses are known, and WarpRF; in the workflow's tables by `practice`."""
 
 HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.all_frames:METHOD"}
 GROUP = "fsel.selectors.baselines"  # of entry points

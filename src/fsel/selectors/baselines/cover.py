@@ -101,4 +101,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, Coverage)
 
 
-METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True)
+METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True, begins=True)

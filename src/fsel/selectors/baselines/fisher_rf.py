@@ -46,4 +46,6 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, Information)
 
 
-METHOD = Method("fisher_rf", "FisherRF", "observed", nested=True, select=select, tracks=True)
+METHOD = Method(
+    "fisher_rf", "FisherRF", "observed", nested=True, select=select, tracks=True, begins=True
+)

@@ -9,9 +9,10 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Sample farthest points greedily from a random first view."""
-    pool = problem.observed
-    return farthest_views(pool, problem.capture.centers, k, int(rng.choice(pool))).astype(np.int64)
+    """Sample farthest points greedily from a random first view, or from given ones."""
+    pool, given = problem.observed, problem.fixed_picks
+    start = given if len(given) else rng.choice(pool)
+    return farthest_views(pool, problem.capture.centers, k, start).astype(np.int64)
 
 
-METHOD = Method("fvs", "FVS", "observed", nested=True, seeds=3, select=select)
+METHOD = Method("fvs", "FVS", "observed", nested=True, seeds=3, select=select, begins=True)

@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from fsel.core.capture import Capture
+from fsel.core.capture import Capture, Views
 from fsel.core.compiled import exact
 from fsel.core.geometry import centered, farthest_views, pose_matrices
 from fsel.core.problem import Problem
-from fsel.reconstruct.splats import Splats
+from fsel.reconstruct.splats import SplatModel, Splats
 from fsel.selectors.baselines.covisibility import grouped
 from fsel.selectors.baselines.greedy import most_central
 
@@ -60,36 +60,52 @@ class Criterion(Protocol):
         """Count a view as picked."""
 
 
+def reconstructed(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> tuple[SplatModel, Views]:
+    """Fit splats to some rows of a (V,) pool, and return them with the views of the whole pool."""
+    picked = capture.subset(pool[rows]).resized(FIT_SIDE)
+    intrinsics = capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
+    views = Views(capture.world_to_camera[pool], intrinsics, picked.size)
+    return Splats(picked).fit(np.arange(len(rows))), views
+
+
 def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     """Fit splats to some rows of a (V,) pool, and blend them into the views of the whole pool."""
-    picked = capture.subset(pool[rows]).resized(FIT_SIDE)
-    model = Splats(picked).fit(np.arange(len(rows)))
+    model, views = reconstructed(capture, pool, rows)
     splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
-    poses = capture.world_to_camera[pool].astype(np.float32)
-    intrinsics = capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
-    intrinsics = intrinsics.astype(np.float32)
-    filled = blend(splats, poses, intrinsics, *picked.size)
-    return Blends(splats, poses, intrinsics, picked.size, *filled)
+    poses = views.world_to_camera.astype(np.float32)
+    intrinsics = views.intrinsics.astype(np.float32)
+    filled = blend(splats, poses, intrinsics, *views.size)
+    return Blends(splats, poses, intrinsics, views.size, *filled)
 
 
 def greedy_on_splats(
     problem: Problem, k: int, criterion: Callable[[Blends], Criterion]
 ) -> np.ndarray:
+    """Pick by `greedily`, and a criterion of splats that are blended into the views."""
+    return greedily(problem, k, lambda *seen: criterion(fitted(*seen)))
+
+
+def greedily(
+    problem: Problem, k: int, criterion: Callable[[Capture, np.ndarray, np.ndarray], Criterion]
+) -> np.ndarray:
     """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
 
-    Starts with farthest views from the most central camera. Only images of picked frames are read.
-    The criterion is made anew for every fit, then given all picks so far.
+    Starts with farthest views from the most central camera; or with `Problem.fixed_picks`, and then
+    fits after every pick, as FisherRF's protocol does. Only images of picked frames are read.
+    The criterion is made anew for every fit, of a capture, (V,) frames that may be picked and the
+    rows picked so far, then given all of these.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
     start = farthest_views(np.arange(len(pool)), centers, min(k, START), most_central(centers))
-    rows = start.astype(np.int64).tolist()
+    given = np.searchsorted(pool, problem.fixed_picks)
+    rows = (given if len(given) else start).astype(np.int64).tolist()
     capture = _canonical(problem.capture, pool, pool[rows[0]])
     while len(rows) < k:
-        worth = criterion(fitted(capture, pool, np.array(rows)))
+        worth = criterion(capture, pool, np.array(rows))
         for row in rows:
             worth.add(row)
-        for _ in range(min(k, 2 * len(rows)) - len(rows)):
+        for _ in range(min(k - len(rows), 1 if len(given) else len(rows))):
             scores = worth.scores()
             scores[rows] = -np.inf
             rows.append(int(np.argmax(scores)))
