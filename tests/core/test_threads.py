@@ -7,7 +7,7 @@ import pytest
 
 import fsel
 from fsel.core import limits
-from fsel.core.threads import ranges, spread
+from fsel.core.threads import InOrder, ranges, spread
 
 
 @pytest.fixture(autouse=True)
@@ -68,3 +68,11 @@ def test_an_error_of_a_thread_is_raised():
     with pytest.raises(ZeroDivisionError):
         spread(lambda a, b: 1 // (11 - b), ranges(12, 1))
     assert len(ranges(100, 1)) == 12
+
+
+def test_ranges_that_are_ready_in_any_order_are_taken_in_theirs():
+    taken = []
+    call = InOrder(lambda a, b: taken.append((a, b)))
+    for part in [(2, 5), (5, 6), (0, 2), (6, 9)]:
+        call(*part)
+    assert taken == [(0, 2), (2, 5), (5, 6), (6, 9)]

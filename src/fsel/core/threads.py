@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import count, pairwise
-from threading import local
+from threading import Lock, local
 from typing import Any
 
 from fsel.core.limits import threads
@@ -46,6 +46,24 @@ def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) ->
         for helper in [one for one in helpers if not one.cancel()]:
             helper.result()
     return results
+
+
+class InOrder:
+    """A function of ranges, called on several threads, that works on them one by one, from 0 on."""
+
+    def __init__(self, work: Callable[[int, int], Any]) -> None:
+        self._work, self._ready, self._at, self._turn = work, dict[int, int](), 0, Lock()
+
+    def __call__(self, first: int, last: int) -> None:
+        """Work on a range and those that waited for it, or leave it to the thread that does."""
+        self._ready[first] = last
+        while self._at in self._ready and self._turn.acquire(blocking=False):
+            try:
+                if (end := self._ready.pop(self._at, None)) is not None:
+                    self._work(self._at, end)
+                    self._at = end
+            finally:
+                self._turn.release()
 
 
 @cache

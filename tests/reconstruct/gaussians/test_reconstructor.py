@@ -43,10 +43,11 @@ def test_the_budget_holds_and_growth_fills_it(capture):
     assert 32 <= model.primitives <= 40  # 34 to 36 by seeds and processors
 
 
-def test_any_number_of_threads_gives_the_same_bytes(monkeypatch):
+@pytest.mark.parametrize("views", [1, 2])
+def test_any_number_of_threads_gives_the_same_bytes(views, monkeypatch):
     large = wall(size=(96, 72))
     masked = replace(large, masks=np.arange(96) > np.full((8, 72, 1), 20))
-    settings = {"steps": 110, "gaussians": 3000, "dropout": 0.1, "views": 2}
+    settings = {"steps": 102, "gaussians": 3000, "dropout": 0.1, "views": views}
     models, shown, losses = [], [], []
     for count in (1, 2, 3, 4):
         monkeypatch.setenv(THREADS, str(count))

@@ -159,7 +159,10 @@ def test_every_tile_lists_the_gaussians_that_reach_its_pixels_nearest_first():
         row[projection.PEAK], row[projection.RANGE] = math.log(opacity), reach
         row[projection.HALF_X], row[projection.HALF_Y] = math.sqrt(reach * a), math.sqrt(reach * c)
         row[projection.LEAN] = b / a
-    starts, members = tiles.assign(rows, width, height, 0, -(-height // tiles.TILE))
+    lines, same = np.empty((len(rows), 2), np.int16), np.arange(len(rows), dtype=np.int32)
+    ordered, rank = np.empty_like(rows), np.empty_like(same)
+    tiles.arrange(same, same, rows, height, ordered, rank, lines, 0, len(rows))
+    starts, members = tiles.assign(ordered, lines, width, 0, -(-height // tiles.TILE))
     across = -(-width // tiles.TILE)
     assert len(starts) == across * -(-height // tiles.TILE) + 1
     listed = 0

@@ -17,6 +17,7 @@ from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY
 from fsel.reconstruct.gaussians.tiles import TILE
 
 PIXELS = TILE * TILE
+SUMS = 9  # over the pixels of a Gaussian, see `gradients.backward`
 LARGEST_ALPHA = 0.99
 LEAST_LIGHT = 1e-4  # a pixel is finished when less would pass
 FLOOR = math.log(LEAST_ALPHA) - 0.1  # exponents below it are as good as it: the pixel is skipped
@@ -51,12 +52,12 @@ def _exponential(x):
 
 
 @reordered
-def composite(rows, starts, members, background, image, rest, first, last):
-    """Render tiles `first` to `last`, the latter excluded.
+def composite(rows, starts, members, background, image, rest, first):
+    """Render the tiles from the one numbered `first` on.
 
     Args:
         rows: (v, COLUMNS) projected Gaussians, nearest first.
-        starts, members: as `tiles.assign` gives them.
+        starts, members: as `tiles.assign` gives them for these tiles.
         background: (3,) colour behind everything.
         image: (3, h, w), filled.
         rest: (h, w), filled with the light that passes all Gaussians.
@@ -65,8 +66,8 @@ def composite(rows, starts, members, background, image, rest, first, last):
     across = (width + TILE - 1) // TILE
     # of each pixel: the light that passes (below zero when finished), red, green, blue
     state, at = np.empty(4 * PIXELS, rows.dtype), _centres(rows)
-    for t in range(first, last):
-        left, top = (t % across) * TILE, (t // across) * TILE
+    for t in range(len(starts) - 1):
+        left, top = ((first + t) % across) * TILE, ((first + t) // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
         _open(state, wide, high)
         for n in range(starts[t], starts[t + 1]):
@@ -153,8 +154,8 @@ def backward(rows, starts, members, image, slope, sums, apart, first, last):
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
         slope: (3, h, w) gradient with respect to it.
-        sums: (v, 9) zeros, filled: see `gradients.backward`.
-        apart: whether `sums` has a row for each of `members` instead, which `gather` adds up.
+        sums: (v, SUMS) zeros, filled: see `gradients.backward`.
+        apart: whether `sums` has a row for each of `members` instead, which `add_up` adds up.
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
@@ -179,15 +180,12 @@ def backward(rows, starts, members, image, slope, sums, apart, first, last):
 
 
 @exact
-def gather(starts, members, parts, sums, first, last):
-    """Add the parts of Gaussians `first` to `last`, tile by tile, to their rows of `sums`."""
-    for t in range(len(starts) - 1):
-        end = starts[t + 1]
-        n = starts[t] + np.searchsorted(members[starts[t] : end], first)
-        while n < end and members[n] < last:
-            for k in range(sums.shape[1]):
-                sums[members[n], k] += parts[n, k]
-            n += 1
+def add_up(starts, members, parts, sums, first, last):
+    """Add the parts of tiles `first` to `last`, tile by tile, to the Gaussians' rows of `sums`."""
+    for n in range(starts[first], starts[last]):
+        i = members[n]
+        for k in range(SUMS):
+            sums[i, k] += parts[n, k]
 
 
 @exact

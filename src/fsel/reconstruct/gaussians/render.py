@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from fsel.core.threads import ranges, spread
+from fsel.core.threads import InOrder, ranges, spread
 from fsel.reconstruct.gaussians import gradients, projection, rasterize, tiles
 
-FEWEST, FEWEST_TILES, FEWEST_ROWS = 512, 8, 4  # Gaussians, tiles, rows of them, of a range
+FEWEST, FEWEST_TILES = 1024, 8  # Gaussians, tiles of a range
+BANDS, PARTS = 6, 12  # of a thread: ranges of rows of tiles, and of tiles, which take unequal times
 NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not drawn
 
 
@@ -41,7 +42,7 @@ class Canvas:
         self.rest = np.empty((self.height, self.width), dtype)
         self._rows = np.empty((most, projection.COLUMNS), dtype)
         self._source = np.empty(most, np.int32)
-        self._parts = np.empty((0, 9), dtype)  # sums of each Gaussian on each tile
+        self._parts = np.empty((0, rasterize.SUMS), dtype)  # sums of each Gaussian on each tile
 
     def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: np.ndarray):
         """Render into `image`, and the light that passes everything into `rest`.
@@ -56,15 +57,16 @@ class Canvas:
             (v,) int32 rows of the table that are seen, ascending.
         """
         self._project(table, degree, factor, camera)
-        size, down = (self.width, self.height), -(-self.height // tiles.TILE)
-        bands = ranges(down, FEWEST_ROWS, 1)
-        self.tiles = tiles.joined(spread(partial(tiles.assign, self.rows, *size), bands))
+        across, down = -(-self.width // tiles.TILE), -(-self.height // tiles.TILE)
         out = self.background, self.image, self.rest
-        spread(partial(rasterize.composite, self.rows, *self.tiles, *out), self._ranges())
-        return self.source
 
-    def _ranges(self):
-        return ranges(len(self.tiles[0]) - 1, FEWEST_TILES)
+        def band(top: int, bottom: int):
+            made = tiles.assign(self.rows, self._lines, self.width, top, bottom)
+            rasterize.composite(self.rows, *made, *out, top * across)
+            return made
+
+        self.tiles = tiles.joined(spread(band, ranges(down, 1, BANDS)))
+        return self.source
 
     def _project(self, table, degree, factor, camera) -> None:
         """Fill the projected Gaussians, nearest first, and where each comes from."""
@@ -80,30 +82,38 @@ class Canvas:
         depth, place, self.source = (np.concatenate(parts) for parts in zip(*made, strict=True))
         self.rows = np.empty((len(depth), projection.COLUMNS), self._rows.dtype)
         self.rank = np.empty(len(depth), np.int32)
-        given = tiles.by_depth(depth), place, self._rows, self.rows, self.rank
-        spread(partial(tiles.arrange, *given), ranges(len(depth), FEWEST))
+        self._lines = np.empty((len(depth), 2), np.int16)
+        given = tiles.by_depth(depth), place, self._rows, self.height
+        arrange = partial(tiles.arrange, *given, self.rows, self.rank, self._lines)
+        spread(arrange, ranges(len(depth), FEWEST))
 
-    def backward(self, table, degree, camera, gradient, grad) -> None:
-        """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it."""
-        sums, (starts, members) = np.zeros((len(self.rows), 9), table.dtype), self.tiles
-        given, parts = (self.rows, starts, members, self.image, gradient), self._ranges()
+    def backward(self, table, degree, camera, gradient, grad, update=None) -> None:
+        """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it.
+
+        Then call `update(first, last)`, if any, for ranges of the Gaussians seen.
+        """
+        (starts, members), shape = self.tiles, (len(self.rows), rasterize.SUMS)
+        sums, given = np.zeros(shape, table.dtype), (self.rows, *self.tiles, self.image, gradient)
+        parts = ranges(len(starts) - 1, FEWEST_TILES, PARTS)
         apart = len(parts) > 1
         if apart and len(self._parts) < len(members):
-            self._parts = np.empty((len(members), 9), table.dtype)
+            self._parts = np.empty((len(members), rasterize.SUMS), table.dtype)
+        add_up = InOrder(partial(rasterize.add_up, *self.tiles, self._parts, sums))
 
         def tiled(first: int, last: int) -> None:
             if apart:
                 self._parts[starts[first] : starts[last]] = 0
             out = self._parts if apart else sums
             rasterize.backward(*given, out, apart, first, last)
+            if apart:  # sums are added in the order of the tiles, as on one thread
+                add_up(first, last)
 
         spread(tiled, parts)
-        if apart:  # sums are added in the order of the tiles, as on one thread
-            gather = partial(rasterize.gather, starts, members, self._parts, sums)
-            spread(gather, ranges(len(sums), FEWEST, 1))
 
         def parameters(first: int, last: int) -> None:
             rank, source = self.rank[first:last], self.source[first:last]
             gradients.backward(table, degree, camera, self.rows, rank, source, sums, grad)
+            if update is not None:
+                update(first, last)
 
         spread(parameters, ranges(len(sums), FEWEST))

@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.core.compiled import exact, inlined
-from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
+from fsel.reconstruct.gaussians.projection import (
+    COLUMNS,
+    HALF_X,
+    HALF_Y,
+    LEAN,
+    RANGE,
+    XX,
+    XY,
+    YY,
+    U,
+    V,
+)
 
 TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error
@@ -35,26 +46,28 @@ def by_depth(depth):
 
 
 @exact
-def arrange(order, place, rows, ordered, rank, first, last):
+def arrange(order, place, rows, height, ordered, rank, lines, first, last):
     """Fill `first` to `last` of the Gaussians in (v,) order, and the (v,) int32 rank of each.
 
-    `place` are the (v,) rows of `rows` that `projection.project` filled.
+    `place` are the (v,) rows of `rows` that `projection.project` filled, and `lines`, (v, 2) int16,
+    is filled with the first and last row of tiles of each Gaussian in order.
     """
     for n in range(first, last):
         rank[order[n]] = n
-        for k in range(rows.shape[1]):
+        for k in range(COLUMNS):
             ordered[n, k] = rows[place[order[n]], k]
+        lines[n, 0], lines[n, 1] = _lines(ordered, n, height)
 
 
 @exact
-def assign(rows, width, height, top, bottom):
+def assign(rows, lines, width, top, bottom):
     """Return the tiles of sorted Gaussians with a pixel centre where alpha is 1/255 or more.
 
     Only tiles of the rows of tiles `top` to `bottom`, the latter excluded.
 
     Args:
-        rows: (v, COLUMNS) projected Gaussians, nearest first.
-        width, height: pixels.
+        rows, lines: (v, COLUMNS) projected Gaussians, nearest first, as `arrange` fills them.
+        width: pixels.
 
     Returns:
         starts (tiles + 1,) int64 and members int32: those of tile t, row by row, are
@@ -62,29 +75,26 @@ def assign(rows, width, height, top, bottom):
     """
     across = (width + TILE - 1) // TILE
     starts = np.zeros(across * (bottom - top) + 1, np.int64)
-    bounds, lines = np.zeros(len(rows) + 1, np.int64), np.empty((len(rows), 2), np.int32)
+    met = 0
     for n in range(len(rows)):
-        low, high = _lines(rows, n, height)
-        lines[n, 0], lines[n, 1] = max(low, top), min(high, bottom - 1)
-        bounds[n + 1] = bounds[n] + max(lines[n, 1] - lines[n, 0] + 1, 0)
-    spans = np.empty((bounds[-1], 2), np.int32)  # first and last tile of each line that is met
+        met += max(min(lines[n, 1], bottom - 1) - max(lines[n, 0], top) + 1, 0)
+    spans = np.empty((met, 3), np.int32)  # Gaussian, first and last tile of each line that is met
+    k = 0
     for n in range(len(rows)):
-        for k in range(bounds[n], bounds[n + 1]):
-            line = lines[n, 0] + k - bounds[n]
+        for line in range(max(lines[n, 0], top), min(lines[n, 1], bottom - 1) + 1):
             first, last = _span(rows, n, line, width)
-            spans[k, 0], spans[k, 1] = first, last
-            line = (line - top) * across
-            for at in range(line + first, line + last + 1):
+            before = (line - top) * across
+            spans[k, 0], spans[k, 1], spans[k, 2] = n, before + first, before + last
+            k += 1
+            for at in range(before + first, before + last + 1):
                 starts[at + 1] += 1
     for t in range(len(starts) - 1):
         starts[t + 1] += starts[t]
     ends, members = starts[:-1].copy(), np.empty(starts[-1], np.int32)
-    for n in range(len(rows)):
-        for k in range(bounds[n], bounds[n + 1]):
-            line = (lines[n, 0] + k - bounds[n] - top) * across
-            for at in range(line + spans[k, 0], line + spans[k, 1] + 1):
-                members[ends[at]] = n
-                ends[at] += 1
+    for k in range(met):
+        for at in range(spans[k, 1], spans[k, 2] + 1):
+            members[ends[at]] = spans[k, 0]
+            ends[at] += 1
     return starts, members
 
 

@@ -71,23 +71,26 @@ class Training:
     def step(self, step: int) -> float:
         """Update once; return the mean loss of its views before it, without the penalties."""
         settings, table = self.settings, self.table[: self.alive]
-        degree, factor, loss, seen = self.degree(step), self.factor(step), 0.0, []
-        for _ in range(settings.views):
-            view = self.order.next_view()
-            seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]))
-            mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
-            loss += losses.loss_gradient(
-                self.canvas.image, self.truth[view], mask, self.window, self.slope
-            )
-            self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad)
-        touched = seen[0] if len(seen) == 1 else np.unique(np.concatenate(seen))
+        degree, factor, loss = self.degree(step), self.factor(step), 0.0
+        touched = np.empty(0, np.int32)
         penalties = settings.opacity_penalty, settings.scale_penalty
 
         def update(first: int, last: int) -> None:
             optimiser.penalise(table, self.grad, touched[first:last], *penalties)
             self.adam.step(self.grad, touched[first:last], step)
 
-        spread(update, ranges(len(touched), optimiser.FEWEST))
+        for _ in range(settings.views):
+            view = self.order.next_view()
+            seen = self.canvas.draw(table, degree, factor, self.cameras[view])
+            touched = np.union1d(touched, seen) if len(touched) else seen
+            mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
+            loss += losses.loss_gradient(
+                self.canvas.image, self.truth[view], mask, self.window, self.slope
+            )
+            then = update if settings.views == 1 else None  # with several, once all are added
+            self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad, then)
+        if settings.views > 1:
+            spread(update, ranges(len(touched), optimiser.FEWEST))
         if settings.noise:
             optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
         if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:
