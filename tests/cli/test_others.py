@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from argparse import Namespace
 from dataclasses import replace
 
 import cv2
@@ -13,7 +14,7 @@ from small_captures import film, record_of, run, select, write_ring
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.cli import console
+from fsel.cli import compare, console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.reconstruct.gaussians.settings import QUALITIES
@@ -128,7 +129,16 @@ def test_viewing_distance_is_the_median_depth_of_what_is_seen():
 
 def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     out = tmp_path / "out"
-    asked = ["-k", "5,4", "--methods", "fsel,random", "--long-side", 64]
+    asked = [
+        "-k",
+        "5,4",
+        "--methods",
+        "fsel,random",
+        "--long-side",
+        64,
+        "--reconstructor",
+        "splats",
+    ]
     assert run("compare", capture, *asked, "--json", "-o", out) == 0
     content = json.loads(capsys.readouterr().out)
     assert content == json.loads((out / "compare.json").read_text())
@@ -160,7 +170,16 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
 
 def test_compare_says_which_points_three_picks_see(capture, tmp_path, capsys):
     out = tmp_path / "out"
-    asked = ["-k", "6", "--methods", "uniform,random", "--long-side", 64]
+    asked = [
+        "-k",
+        "6",
+        "--methods",
+        "uniform,random",
+        "--long-side",
+        64,
+        "--reconstructor",
+        "splats",
+    ]
     assert run("compare", capture, *asked, "-o", out) == 0
     rows = json.loads((out / "compare.json").read_text())["rows"]
     whole = fsel.read_capture(capture, long_side=64)
@@ -179,6 +198,34 @@ def test_compare_says_which_points_three_picks_see(capture, tmp_path, capsys):
         assert row["served"] == pytest.approx(own, abs=1e-5)
         assert row["served_by_every_nth"] == pytest.approx(share(rows[0]["picks"][0]), abs=1e-5)
     assert f"{rows[1]['served']:.1%}" in (out / "compare.txt").read_text()
+
+
+def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path):
+    out, asked = tmp_path / "out", ["-k", 6, "--methods", "tried,fsel,uniform", "--keep-bad"]
+    assert run("compare", capture, *asked, "--reconstructor", "splats", "-o", out) == 0
+    content = json.loads((out / "compare.json").read_text())
+    whole = fsel.read_capture(capture, long_side=192)
+    rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
+    chosen = fsel.select(rest, 6, keep_bad=True)
+    assert content["rows"][0]["picks"] == [list(chosen.names)]
+    assert "known to fsel, not to tried, uniform." in content["how"]
+
+
+@pytest.mark.parametrize(
+    ("stated", "fits", "by"),
+    [
+        ({}, 9, "gaussians"),
+        ({}, 10, "splats"),
+        ({"long_side": 384}, 3, "splats"),
+        ({"steps": 9}, 99, "gaussians"),
+        ({"reconstructor": "splats"}, 1, "splats"),
+    ],
+)
+def test_compare_fits_gaussians_where_they_take_a_minute(stated, fits, by):
+    args = Namespace(**{"reconstructor": None, "steps": None, "long_side": 192} | stated)
+    settings = compare.judge(args, fits, cores=1)
+    assert args.reconstructor == by
+    assert bool(settings) == (by == "gaussians")
 
 
 @pytest.mark.parametrize(

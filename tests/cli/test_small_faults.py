@@ -35,6 +35,7 @@ def test_all_frames_are_all_of_them(capture, tmp_path, capsys):
     assert "takes every frame; allowed: 24" in capsys.readouterr().err
     assert select(capture, "-k", 24, "--method", "all", "-o", tmp_path / "out") == 0
     asked = ["-k", "4,5", "--methods", "uniform,all", "--long-side", 48]
+    asked += ["--reconstructor", "splats"]
     assert run("compare", capture, *asked, "-o", tmp_path / "compared") == 0
     rows = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"]
     found = [(row["k"], row["method"]) for row in rows]
@@ -90,6 +91,7 @@ def test_an_object_is_compared_inside_of_its_outline(by, capture, tmp_path):
         cv2.imwrite(str(masks / f"frame_{i:03d}.png"), mask)
     thing = {"--masks": [masks], "--box": [-0.7, -0.7, -0.7, 0.7, 0.7, 0.7]}[by]
     asked = ["-k", "5", "--methods", "uniform", by, *thing, "--long-side", 64]
+    asked += ["--reconstructor", "splats"]
     assert run("compare", capture, *asked, "-o", tmp_path / "one") == 0
     for i in (0, 8):
         path = capture / "images" / f"frame_{i:03d}.jpg"
@@ -136,7 +138,7 @@ def damaged(capture):
     [
         ["info"],
         ["select", "-k", 6, "--patience", 0],
-        ["compare", "-k", 4, "--methods", "uniform", "--long-side", 48],
+        ["compare", "-k", 4, "--methods", "uniform", "--reconstructor", "splats"],
         ["reconstruct", "--long-side", 48],
     ],
 )

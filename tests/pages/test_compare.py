@@ -61,7 +61,16 @@ return seen;
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared")
     write_ring(folder / "capture <b>&")
-    asked = ["-k", "4,5", "--methods", "fsel,uniform", "--long-side", "48"]
+    asked = [
+        "-k",
+        "4,5",
+        "--methods",
+        "fsel,uniform",
+        "--long-side",
+        "48",
+        "--reconstructor",
+        "splats",
+    ]
     assert main(["compare", str(folder / "capture <b>&"), *asked, "-o", str(folder / "out")]) == 0
     return folder / "out"
 
@@ -110,7 +119,8 @@ def test_the_page_escapes_names_and_holds_its_pictures(out):
     for row in content["rows"]:  # the page and the text print the same digits
         for name in ("psnr", "ssim", "gmsd"):
             assert REGISTERED[name].printed(row[name]) in text
-            assert f"<td>{REGISTERED[name].printed(row[name])}" in page
+            printed = REGISTERED[name].printed(row[name])
+            assert f"<td>{printed}" in page or f"<td><mark>{printed}</mark>" in page
 
 
 def scores(*psnr):
@@ -124,6 +134,12 @@ def of_two(*pairs, blurred=(False,) * 3):
     at = np.array(blurred[: len(pairs[0][0])])
     shown = tuple("wxyz"[: len(at)])
     return Compared("c", "", shown, ("psnr", "ssim"), found, used, (), [], {}, at)
+
+
+def test_the_best_of_as_many_frames_is_marked():
+    compared = of_two(((11, 22, 33), (10, 20, 30)), ((9, 9, 9), (10, 20, 30)))
+    best = [(cell, compared.is_best(cell, 0)) for cell in compared.scores]
+    assert best == [((0, "a"), True), ((0, "b"), False), ((1, "a"), False), ((1, "b"), True)]
 
 
 def test_differences_are_paired_by_frame():

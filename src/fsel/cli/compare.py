@@ -17,6 +17,7 @@ from fsel.cli.reconstructor_args import bound, checked
 from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.capture import Capture
 from fsel.core.files import json_text
+from fsel.core.limits import threads
 from fsel.core.outputs import staged
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, subset_key
@@ -28,8 +29,9 @@ from fsel.selection.cover import served
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
-from fsel.selection.select import examined_targets
+from fsel.selection.select import examined_targets, select_frames
 from fsel.selection.targets import Targets
+from fsel.selectors.policies import ScoringMethod
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
@@ -40,19 +42,34 @@ NOTE = (
     "see; n-th: the same under uniform sampling."
 )
 STARRED = "*: significant by the paired 95 % interval over held-out frames."
-COARSE = "splats"  # whose order others need not confirm
+COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
 ORDER = (
     " On ten captures it agreed with trained Gaussians on the better of two selections in 32 of 48 "
-    "cases. Hint: use --reconstructor gaussians."
+    "cases. To decide between them, use --reconstructor gaussians."
 )
+QUICK = {"steps": 500, "gaussians": 5000}  # of FINE, where no reconstructor is named
+FIT_SECONDS, FIT_SIDE = 6.6, 192  # of one fit on one core, at so many pixels
+MOST_SECONDS = 60.0  # for all fits by FINE before COARSE is the default
+INFORMED = ("nearest", "mvsnet")  # baselines that read the cameras of the targets
 Picks = dict[Cell, list[np.ndarray]]
+
+
+def _tried(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """(k,) frames that `fsel select -k` picks of the pool: it does not know the targets."""
+    pool = problem.observed
+    request = SelectionRequest(problem.capture.subset(pool), k, keep_bad=True)
+    return pool[select_frames(checked_request(request)).selection.indices]
+
+
+TRIED = Method("tried", "Tried", "observed", nested=False, select=_tried)
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    checked(args)
+    methods = [TRIED if name == TRIED.name else method_of(name) for name in args.methods]
+    settings = judge(args, len(args.k) * len(list(runs(methods))), threads())
+    checked(args, **settings)
     metrics = metrics_of(args, console)
-    methods = [method_of(name) for name in args.methods]
     if min(args.k) < 2:
         raise ValueError(f"k is {min(args.k)}; a reconstruction needs at least two frames")
     vet(SelectionRequest(None, max(args.k), args.targets, focus=args.masks or args.box))
@@ -74,11 +91,12 @@ def run(args: argparse.Namespace, console: Console) -> None:
             renders[subset_key(frames)] = np.round(rendered[drawn] * 255).astype(np.uint8)
 
         truth, views = np.asarray(capture.images[held_out]), capture.view(held_out)
-        reconstructor = bound(args, capture)
+        reconstructor = bound(args, capture, **settings)
         evaluator = Evaluator(reconstructor, held_out, views, truth, masks, metrics, keep)
         scores = _scores(args, evaluator, picks, console)
         shown = {key: renders[subset_key(chosen[0])] for key, chosen in picks.items()}
-        compared = _compared(args, evaluator, blurred, drawn, picks, scores, shown)
+        how = _how(args, capture, methods)
+        compared = _compared(how, evaluator, blurred, drawn, picks, scores, shown)
         content = _content(args, compared, capture, picks, served(problem, picks, SEEN))
         table = _table(compared, content["rows"])
         pages = {"html": comparison(compared), "json": json_text(content), "txt": table}
@@ -87,6 +105,28 @@ def run(args: argparse.Namespace, console: Console) -> None:
     console.text(table)
     console.say("written", f"{args.out}: compare.html, compare.json, compare.txt")
     console.give(content)
+
+
+def judge(args: argparse.Namespace, fits: int, cores: int) -> dict[str, int]:
+    """Name the reconstructor where the command line does not, and return its settings."""
+    if args.reconstructor is not None:
+        return {}
+    seconds = fits * FIT_SECONDS * (args.long_side / FIT_SIDE) ** 2 / cores
+    fine = args.steps is not None or seconds <= MOST_SECONDS
+    args.reconstructor = FINE if fine else COARSE
+    return QUICK if fine else {}
+
+
+def _how(args: argparse.Namespace, capture: Capture, methods: Sequence[Method]) -> str:
+    """Say what renders, and which methods are given the cameras of the held-out frames."""
+    width, height = capture.size
+    how = f"Reconstructed by {args.reconstructor} and scored at {width}x{height} pixels."
+    how += ORDER if args.reconstructor == COARSE else ""
+    given = [m.name for m in methods if isinstance(m, ScoringMethod) or m.name in INFORMED]
+    others = [name for name in args.methods if name not in given]
+    how += f" The cameras of the held-out frames are known to {', '.join(given) or 'no method'}"
+    how += f", not to {', '.join(others)}." if given and others else "."
+    return how + (f" {TRIED.name} is what fsel select -k does." if TRIED in methods else "")
 
 
 def _checked(
@@ -159,7 +199,7 @@ def _scores(
 
 
 def _compared(
-    args: argparse.Namespace,
+    how: str,
     evaluator: Evaluator,
     blurred: np.ndarray,
     drawn: np.ndarray,
@@ -175,8 +215,7 @@ def _compared(
     width, height = capture.size
     return Compared(
         source=capture.source,
-        how=f"Reconstructed by {args.reconstructor} and scored at {width}x{height} pixels."
-        + (ORDER if args.reconstructor == COARSE else ""),
+        how=how,
         names=tuple(capture.names[i] for i in evaluator.frames),
         metrics=tuple(evaluator.metrics),
         scores=scores,
@@ -215,6 +254,7 @@ def _content(
         "rows": rows,
         "differences": differences(compared),
         "verdict": verdict(compared),
+        "how": compared.how,
     }
 
 

@@ -130,8 +130,8 @@ def _add_compare(commands) -> None:
     command.add_argument(
         "-k", type=numbers, default=[10, 20, 30], help="numbers of frames (default: 10,20,30)"
     )
-    text = "methods to compare (default: fsel,uniform,fvs)"
-    command.add_argument("--methods", type=words, default=["fsel", "uniform", "fvs"], help=text)
+    text = "methods to compare (default: tried,uniform,fsel); tried is what `fsel select -k` does"
+    command.add_argument("--methods", type=words, default=["tried", "uniform", "fsel"], help=text)
     text = (
         "frames to hold out and score: every:N (every N-th frame; default: every:8), or "
         "names.txt (one name per line)"
@@ -141,7 +141,8 @@ def _add_compare(commands) -> None:
     add_checking(command)
     add_object(command, "compare only frames that show the object, inside the masks")
     command.add_argument("--seed", type=whole(0), default=0, help="seed of random methods")
-    _add_reconstructor(command)
+    text = "splats, gaussians (default where all fits take a minute at most), ..."
+    _add_reconstructor(command, text)
     _add_metrics(command)
     add_size(command, default=192)
     add_output(command, "folder to write")
@@ -160,7 +161,6 @@ def _add_reconstruct(commands) -> None:
     _add_reconstructor(command, "splats or gaussians")
     add_size(command, None, "that of --quality")
     add_output(command, "file to write")
-    command.set_defaults(reconstructor=None)
 
 
 def _add_render(commands) -> None:
@@ -209,10 +209,8 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
     command.add_argument("--metrics", type=words, default=(), help=text)
 
 
-def _add_reconstructor(
-    command: argparse.ArgumentParser, text: str = "splats (default), gaussians, ..."
-) -> None:
-    command.add_argument("--reconstructor", default="splats", help=text)
+def _add_reconstructor(command: argparse.ArgumentParser, text: str) -> None:
+    command.add_argument("--reconstructor", help=text)
     command.add_argument("--steps", type=whole(1), help="optimisation steps of gaussians")
     _add_threads(command, "it does not change the results")
 

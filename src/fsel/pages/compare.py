@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -21,7 +22,7 @@ LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture. They are too narrow if "
     "frames resemble each other, and do not generalise to other captures. "
-    "Higher PSNR and SSIM are better, lower GMSD and LPIPS."
+    "Higher PSNR and SSIM are better, lower GMSD and LPIPS; the best with as many frames is marked."
 )
 HINT = (
     "Drag over a picture, or move the slider with the arrow keys, to compare the held-out frame "
@@ -80,6 +81,12 @@ class Compared:
     def means(self, cell: Cell) -> list[float]:
         """Mean of each metric, over held-out frames."""
         return self.scores[cell].mean(axis=0).round(5).tolist()
+
+    def is_best(self, cell: Cell, at: int) -> bool:
+        """Return whether no other method with as many frames has a better mean of a metric."""
+        sign = 1 if REGISTERED[self.metrics[at]].higher_is_better else -1
+        others = [self.means((cell[0], name))[at] for name in self.methods]
+        return len(others) > 1 and sign * self.means(cell)[at] == max(sign * v for v in others)
 
     @property
     def pairs(self) -> list[Cell]:
@@ -163,7 +170,7 @@ def comparison(compared: Compared) -> str:
     held, drawn = len(compared.names), len(compared.shown)
     part = f" {drawn} of {held}, evenly spread, are shown." if drawn < held else ""
     body = [
-        f"<h1>{escape(', '.join(compared.methods))}</h1>",
+        f"<h1>Which frames render held-out views best: {escape(', '.join(compared.methods))}</h1>",
         f"<p>{escape(compared.source)}, {counted(held, 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
         f"<p class='verdict'>{escape(verdict(compared))}</p>",
@@ -191,6 +198,8 @@ def _table(compared: Compared) -> list[str]:
     for (used, name), budgets in compared.rows.items():
         cell = (budgets[0], name)
         values = [own.printed(mean) for own, mean in zip(named, compared.means(cell), strict=True)]
+        for at in filter(partial(compared.is_best, cell), range(len(named))):
+            values[at] = f"<mark>{values[at]}</mark>"
         psnr = compared.interval(cell)
         if np.isfinite(psnr.low):
             values[0] += f" <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
