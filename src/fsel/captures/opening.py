@@ -21,20 +21,22 @@ from fsel.captures.colmap.estimator import OWN, Estimator, checked
 from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
-from fsel.captures.images.files import Video, VideoFrame
+from fsel.captures.images.files import VideoFrame
 from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
-from fsel.captures.poses import placement
+from fsel.captures.poses import placement, positions
 from fsel.captures.poses.placement import doubts
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source, take
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, threads
 from fsel.core.names import distinct
+from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
+LOOKED, APART = 5, 15  # images that say whether they show all directions; of a video, frames
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
@@ -139,6 +141,8 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     reporter.say(
         "poses", f"{report['by']} placed {len(report['placed'])} of {report['frames']} frames"
     )
+    if gps := report.get("gps"):
+        reporter.say("gps", positions.in_words(gps, len(report["placed"])))
     hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
     for note in notes(report):
         reporter.warn(note + hint)
@@ -220,8 +224,7 @@ def _plan(opening: Opening, sources: Sequence[Source], sampling: video.Sampling)
             f"{opening.paths[0]}: k is {opening.wanted}, and {counted(count, 'frame')} are there "
             f"to be placed; allowed: up to {count - 1}. Hint: {hint}"
         )
-    first = VideoFrame(Video(sources[0].path), 0) if sources[0].filmed else sources[0].photos[0]
-    pixels = math.prod(image_files.size_of(first))
+    pixels = math.prod(image_files.size_of(sources[0].first))
     return plan(count, pixels, ordered=filmed, cores=threads())
 
 
@@ -232,7 +235,11 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
         raise ValueError(f"{paths[0]}: the same video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     photos = [() if video.is_video(path) else _photos(path, opening, reporter) for path in paths]
-    sources = [Source(*one) for one in zip(paths, names, photos, strict=True)]
+    sources = [_looked_at(Source(*one)) for one in zip(paths, names, photos, strict=True)]
+    if len({source.panoramic for source in sources}) > 1:
+        raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
+    if sources[0].panoramic and opening.by:
+        raise ValueError(f"{paths[0]}: shows all directions, which --by does not take")
     films = sum(source.filmed for source in sources)
     least = video.LEAST
     if opening.video_frames is None and opening.rate is None and films:
@@ -241,6 +248,19 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     if films > 1 and sampling.spans != video.WHOLE:
         raise ValueError(f"{films} videos are given; --start and --end are of one")
     return sources, sampling
+
+
+def _looked_at(source: Source) -> Source:
+    """Return a source that says whether most of its images show all directions."""
+    width, height = image_files.size_of(source.first)
+    if width != 2 * height:
+        return source
+    few = [source.photos[i] for i in evenly(len(source.photos), LOOKED)]
+    if isinstance(source.first, VideoFrame):
+        frames = range(0, video.Sampling().part(source.path)[0] or 1, APART)[:LOOKED]
+        few = [replace(source.first, index=i) for i in frames]
+    joined = sum(video.is_panorama(image_files.load(image)) for image in few)
+    return replace(source, panoramic=2 * joined > len(few))
 
 
 def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, ...]:
@@ -276,6 +296,7 @@ def _digest(
     sources: Sequence[Source], sampling: video.Sampling, by: Estimator | None, kind: str
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
+    files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
     program = [by.by] if by else [kind] if kind != features.SIFT else []

@@ -14,6 +14,7 @@ from fsel.captures.colmap.failures import STANDS
 from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
+from fsel.captures.images.files import Video, VideoFrame
 from fsel.captures.quality import duplicates
 from fsel.core.files import write_text
 from fsel.core.wording import counted
@@ -31,6 +32,12 @@ class Source:
     path: Path
     name: str = ""  # folder below images/; empty where there is one source alone
     photos: tuple[Path, ...] = ()  # in natural order of their names; none of a video
+    panoramic: bool = False  # whether images show all directions
+
+    @property
+    def first(self) -> image_files.Image:
+        """Return the first photo, or frame of the video."""
+        return self.photos[0] if self.photos else VideoFrame(Video(self.path), 0)
 
     @property
     def filmed(self) -> bool:

@@ -140,6 +140,7 @@ def _request(args: argparse.Namespace) -> SelectionRequest:
         never=args.never,
         keep_bad=args.keep_bad,
         images=not args.geometry_only,
+        views=args.views,
     )
 
 

@@ -26,7 +26,7 @@ MOST_TIMES = 20  # that a point is to be seen
 RECORDED = (
     *("k", "targets", "weights", "patience", "cover", "cover_share", "masks", "box"),
     *("geometry_only", "keep_bad", "vram", "trainer", "always", "never", "long_side"),
-    *("undistort", "up"),
+    *("undistort", "up", "views"),
 )
 """Options that selection.json repeats, in its order."""
 
@@ -52,8 +52,12 @@ def add_select(commands) -> None:
 
 
 def _add_number(group: argparse._ArgumentGroup) -> None:
-    text = "number of frames, or auto to choose it automatically"
+    text = (
+        "number of frames, or auto to choose it automatically; of 360-degree panoramas, each with "
+        "all its views, unless --views picks these one by one"
+    )
     group.add_argument("-k", type=number_or_auto, help=text)
+    group.add_argument("--views", action="store_true", help=argparse.SUPPRESS)
     text = "with -k auto: memory of the GPU that --trainer runs on, such as 8GB"
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument(

@@ -57,6 +57,7 @@ def select(
     always: Wish = None,
     never: Wish = None,
     keep_bad: bool = False,
+    views: bool = False,
 ) -> Selection:
     """Choose the k frames that best serve the views to be rendered.
 
@@ -89,6 +90,7 @@ def select(
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected, or files with a name a line. The nearest
             frame stands in for one of both.
+        views: whether views of panoramas are picked one by one, not k panoramas with all of theirs.
         keep_bad: whether bad frames may be picked. Else they are left out, as `fsel.bad_frames`
             names them, but for a `Capture` that was not read from image files.
 
@@ -117,6 +119,7 @@ def select(
         always=always,
         never=never,
         keep_bad=keep_bad,
+        views=views,
     )
     vet(request)  # poses that are to be found take minutes
     opened = captured(capture, k if isinstance(k, int) else 0)

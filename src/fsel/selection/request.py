@@ -17,6 +17,7 @@ from fsel.core.wording import check_type, counted, unexpected
 from fsel.selection.budget import Auto, within
 from fsel.selection.focus import Focus, focus_of, from_box
 from fsel.selection.frames import Wish, is_stated
+from fsel.selection.panoramas import panorama_of
 from fsel.selection.targets import ALL, Request, Targets, check_count, check_targets, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
@@ -57,6 +58,7 @@ class SelectionRequest:
     never: Wish = None
     keep_bad: bool = False
     images: bool = True
+    views: bool = False
 
     @property
     def opened(self) -> LazyCapture | None:
@@ -79,7 +81,7 @@ class SelectionRequest:
 @dataclass(frozen=True)
 class CheckedRequest:
     """A request that can be served, and what its words stand for; k is None for as many frames as a
-    cover takes."""
+    cover takes, and `panorama` the number of each frame's, (N,), where they are picked whole."""
 
     request: SelectionRequest
     capture: Capture
@@ -88,6 +90,7 @@ class CheckedRequest:
     method: Method
     focus: Focus | None
     patience: TimeBudget
+    panorama: np.ndarray | None = None
 
 
 def checked_request(request: SelectionRequest) -> CheckedRequest:
@@ -106,9 +109,15 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, request.always, request.never)
-    checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0))
+    number = None if request.views else panorama_of(capture)
+    if number is not None and (request.cover or not isinstance(k, int)):
+        raise ValueError(
+            f"{capture.source}: of panoramas a number k is picked, without a cover. Hint: views "
+            "(--views) picks their views one by one"
+        )
+    checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0), number)
     if isinstance(k, int):
-        check_count(k, targets, capture, everything=method.name == ALL_FRAMES)
+        check_count(k, targets, capture, number, everything=method.name == ALL_FRAMES)
     elif k is not None and k.memory is not None:
         within(k.memory, k.size or capture.size, k.trainer)
     return replace(checked, patience=_time_budget(checked))
@@ -234,6 +243,8 @@ def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str
     targets = checked.targets
     if checked.method.name != pretrained.DEFAULT:
         return f"the method is {checked.method.name}"
+    if checked.panorama is not None:
+        return "panoramas are picked"
     if checked.focus is not None:
         return "an object is given"
     if targets.kind != ALL and not but_targets:

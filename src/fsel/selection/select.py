@@ -21,6 +21,7 @@ from fsel.selection.bad_frames import in_words
 from fsel.selection.budget import Auto, Budget
 from fsel.selection.cover import cover_of, seeing_all
 from fsel.selection.outcome import Outcome, Selection
+from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import CheckedRequest, SharpnessOf
 from fsel.selection.targets import Targets
@@ -78,6 +79,9 @@ def _selection(
     started, request = time.perf_counter(), checked.request
     targets, number, chosen = checked.targets, checked.k, None
     ranked = _ranked_by(checked.method, request.seed)
+    if checked.panorama is not None:
+        stepwise = isinstance(checked.method, ScoringMethod)
+        ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
     if request.cover:
         problem = seeing_all(problem, number, request.cover, request.cover_share)

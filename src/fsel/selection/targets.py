@@ -153,18 +153,30 @@ def check_targets(request: Request) -> None:
             raise ValueError(f"{request}: is no file of targets; {allowed}")
 
 
-def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
-    """Refuse more frames than may be selected, and, of a method that takes everything, fewer."""
-    most = len(targets.pool(capture))
+def check_count(
+    k: int,
+    targets: Targets,
+    capture: Capture,
+    panorama: np.ndarray | None = None,
+    *,
+    everything: bool = False,
+) -> None:
+    """Refuse more frames than may be selected, and, of a method that takes everything, fewer.
+
+    Where frames have an (N,) number of their `panorama`, these are counted.
+    """
+    number = np.arange(len(capture)) if panorama is None else panorama
+    most = len(np.unique(number[targets.pool(capture)]))
+    wanted = len(np.unique(number[targets.always]))
     gone = targets.left_out()
     why = "".join(f", {len(frames)} {text}" for frames, _, text in gone if len(frames))
     if not 1 <= k <= most:
         raise ValueError(
-            f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be "
-            f"selected{why}"
+            f"k is {k}; allowed: 1 to {most}, the {'frames' if panorama is None else 'panoramas'} "
+            f"of {capture.source} that may be selected{why}"
         )
-    if len(targets.always) > k:
-        raise ValueError(f"k is {k}, but {len(targets.always)} frames must always be selected")
+    if wanted > k:
+        raise ValueError(f"k is {k}, but {wanted} frames must always be selected")
     if everything and k != most:
         raise ValueError(
             f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "

@@ -77,7 +77,10 @@ def build(
 
 
 def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> int:
-    """Return how many verified matches lie on the epipolar lines of a model's poses."""
+    """Return how many verified matches lie on the epipolar lines of a model's poses; of panoramas,
+    how many its points were made from."""
+    if any(camera.is_spherical() for camera in model.cameras.values()):  # has no focal length
+        return model.compute_num_observations()
     count, placed = 0, set(model.reg_image_ids())
     for pair in pairs:
         if placed.issuperset(pair.images):

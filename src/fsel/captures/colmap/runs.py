@@ -19,6 +19,7 @@ from fsel.captures.images.previews import Progress, in_silence
 from fsel.core.limits import threads
 from fsel.core.wording import counted
 
+SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 SEED = 0
 MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
@@ -43,6 +44,7 @@ class Part:
 
     numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
     ordered: bool
+    panoramic: bool = False  # whether they show all directions
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,8 @@ def extract(
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
     for kind, contrast, part in work.watch("features")(batches, len(batches)):
         reader = pycolmap.ImageReaderOptions()
+        if kind is not None and kind[0] and work.parts[int(kind[0])].panoramic:
+            reader.camera_model = SPHERE
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
         pycolmap.import_images(database, folder, mode, part, reader)

@@ -21,11 +21,6 @@ RATE = 4.0  # of them a second: a person walks some 35 cm between two
 FEWEST = 3
 ROUNDED = 1.0  # seconds by which players round a video's length
 SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
-PANORAMA = (
-    "a video of all directions (2:1, its left and right ends join up), which no perspective camera "
-    "describes. Hint: cut it into views first, as with `ffmpeg -i FILE -vf "
-    "v360=e:flat:h_fov=90:v_fov=90:yaw=0 front.mp4` and yaw=90, 180 and -90, and give these videos"
-)
 SEAM = 2.0  # of a panorama: its ends differ by so much more than neighbouring columns, at most
 BLANK = 0.5  # grey levels between columns, below which nothing is said
 
@@ -134,8 +129,6 @@ def thin(
     best: tuple[SampledFrame, np.ndarray] | None = None
     stretch = -1
     for shot, image in progress(_shots(film, per_second, within), max(count, 0)):
-        if stretch < 0 and is_panorama(image):
-            raise ValueError(f"{path}: {PANORAMA}")
         at = int(shot.seconds * pace + 1e-6)
         if best is not None and at > stretch:
             kept.append(_written(best, folder))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import video
 from fsel.captures.layouts import bare
 from fsel.captures.layouts.contract import RawCapture
-from fsel.captures.poses import sfm
+from fsel.captures.poses import panoramas, positions, sfm
 from fsel.captures.quality.poses import turned_away
 from fsel.captures.sampling import IMAGES, SampledFrames, Say, Source, photo_name, take, take_denser
 from fsel.core.geometry import upright
@@ -38,16 +39,24 @@ def place(
     as that helps. Where the path jumps, the frames are placed once more without the matches that
     may have folded it. What an interrupted run left in the folder is gone on with.
     """
-    taken = take(sources, sampling, folder, work, say)
-    mapped, raw = _placed(sources, taken, folder, work, say)
-    mapped = _mended(sources, taken, folder, work, mapped)
+    around = sources[0].panoramic
+    whole = folder.with_name("panoramas") if around else folder
+    taken = take(sources, sampling, whole, work, say)
+    mapped, raw = _placed(sources, taken, whole, work, say)
+    mapped = _mended(sources, taken, whole, work, mapped)
     model, jumps = mapped.model, _jumps(sources, taken, mapped.model)
     poses = [image.cam_from_world().matrix() for image in model.images.values()]
     turn = pycolmap.Rotation3d(upright(np.array(poses)))  # of a world that COLMAP chose
     model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
+    gps = positions.align(model, positions.stated(sources, taken))
+    found: dict = {"by": work.who, "mapper": mapped.by, "other": compared(mapped), "jumps": jumps}
+    found |= {"gps": gps} | _found(sources, taken, raw, model)
+    if around:
+        found["views"] = list(panoramas.VIEWS)
+        model = panoramas.cut(model, whole / IMAGES, folder / IMAGES, work.watch("views"))
+        shutil.rmtree(whole)
     write_model(model, folder / MODEL)
-    said = {"by": work.who, "mapper": mapped.by, "other": compared(mapped), "jumps": jumps}
-    return said | _found(sources, taken, raw, model)
+    return found
 
 
 def _placed(
@@ -140,7 +149,7 @@ def unplaced(
         shots = taken.shots.get(source.name, ())
         numbers = [shot.index for shot in shots] or range(len(source.photos))
         files = [shot.name for shot in shots] or [photo_name(photo) for photo in source.photos]
-        parts.append(Part(numbers, ordered=source.filmed))
+        parts.append(Part(numbers, ordered=source.filmed, panoramic=source.panoramic))
         names += [source.named(name) for name in files]
     return bare.of_files(names, [folder / IMAGES / name for name in names]), parts
 

@@ -205,7 +205,8 @@ def _placed(found: dict | None) -> dict | None:
     """Return frames of a video or photos that were placed and not, and the times that were lost."""
     if found is None:
         return None
-    rest = {key: found.get(key) for key in ("not_placed", "lost", "still", "other", "jumps")}
+    keys = ("not_placed", "lost", "still", "other", "jumps", "gps")
+    rest = {key: found.get(key) for key in keys}
     return {"frames": found["frames"], "placed": len(found["placed"])} | rest
 
 
