@@ -46,6 +46,14 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
+# the same at 384 pixels with ten frames, beside what tools pick by, two hours: docs/results/captures_384.md
+.PHONY: captures_384
+LARGE = results/captures_384.jsonl
+RIVALS = tried best_n Nearest "targets known"
+captures_384: .venv/installed
+	$(CAPTURES)_unknown.py --side 384 --by gaussians --seeds 1 --starts 3 --budgets 10 --methods $(RIVALS) --rows $(LARGE)
+	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
+
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
 .PHONY: results
 STUDIES = $(patsubst %,results/tables/%.tex,candidate_pools economy speed_error stability)

@@ -1,8 +1,9 @@
-"""Page docs/results/captures_unknown.md, of the rows of `benchmarks/captures_unknown.py`."""
+"""A page of docs/results of the rows of `benchmarks/captures_unknown.py`."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
@@ -12,22 +13,21 @@ import pandas as pd
 from captures_unknown import (
     EVEN,
     EVERY,
-    LONG_SIDE,
-    LOOKED,
+    KNOWN,
     METHODS,
     NEAR,
-    RULE,
+    RULES,
     SETTINGS,
+    SIZES,
     TOLD,
     TRIED,
-    UNSEEN,
 )
 from scipy.stats import binomtest, bootstrap
 
 from fsel.evaluation.statistics import of_places
 
 SHORT = {TRIED: "`fsel`, views unknown", TOLD: "`fsel`, views known"}
-SHOWN = (RULE, TRIED, TOLD)
+UNKNOWN = (*RULES, TRIED)
 CELL = ["capture", "start", "k", "seed"]
 MADE_HEAD = (
     "Made of real captures: the camera stands still for a third of the frames (with noise of 3 "
@@ -36,12 +36,11 @@ MADE_HEAD = (
     "frame {held} on.\n"
 )
 NEAREST_HEAD = (
-    "## Targets known, over Nearest\n\nPSNR in dB over that of the frames nearest to the targets, "
-    "each target in turn (`nearest`). The rule looks at no image. `tried` is `fsel select "
+    "## Targets known, over Nearest, by `{by}`\n\nDifferences from the frames nearest to the "
+    "targets, each in turn (`nearest`). The rule looks at no image. `tried` is `fsel select "
     "--targets --patience 10s`: what small `gaussians` score best on the targets' own images, "
     "which then score. `others tried` looks at every second target alone and is scored on the "
-    "rest, and the other way round, so that no target chose that scores. Candidates and the margin "
-    "of 0.2 dB were chosen on the six captures above, from frames 3 and 7 on.\n"
+    "rest, and the other way round. Candidates and margin were chosen on the six captures.\n"
 )
 
 
@@ -51,9 +50,11 @@ def page(asked: argparse.Namespace) -> None:
     each = {by: _each(part) for by, part in table.groupby("by")}
     parts = [_head(table), _short(each)]
     for by, gains in each.items():
-        parts += [f"## By `{by}`\n", _summary(gains), _by_capture(gains)]
+        parts += [f"## By `{by}`\n", _summary(gains, UNKNOWN), _by_capture(gains)]
     parts.append(_kept(table[table["by"] == table["by"].iloc[0]]))
-    parts += [NEAREST_HEAD, _over_nearest(each)]
+    for by, gains in each.items():
+        if NEAR in gains["psnr"]:
+            parts += [NEAREST_HEAD.format(by=by), _summary(gains, KNOWN, over=NEAR)]
     if asked.made_rows:
         made = pd.read_json(asked.made_rows, lines=True)
         held = _held_out(made)
@@ -65,46 +66,48 @@ def page(asked: argparse.Namespace) -> None:
 
 
 def _each(table: pd.DataFrame) -> pd.DataFrame:
-    """Differences from every n-th frame, one row a budget and capture, over its hold-outs."""
-    cells = table.pivot_table(index=CELL, columns="method", values=["psnr", "ssim"])
-    found = [method for method in METHODS if ("psnr", method) in cells]
-    gains = pd.concat(
-        {
-            (metric, method): cells[metric, method] - cells[metric, EVEN]
-            for metric in ("psnr", "ssim")
-            for method in found
-        },
-        axis=1,
-    )
-    gains = gains.round(5)  # a mean of equal numbers differs from them by its rounding
-    return gains.groupby(["k", "capture", "start"]).mean().groupby(["k", "capture"]).mean()
+    """Differences from evenly spaced frames, one row a budget and capture, over its hold-outs."""
+    cells = table.pivot_table(index=CELL, columns="method", values=["psnr", "ssim"], dropna=False)
+    there = table.pivot_table(index=CELL, columns="method", values="side", aggfunc="size")
+    gains = {
+        # without a number of its own a selection is the one that is evenly spaced
+        (metric, method): (cells[metric, method] - cells[metric, EVEN]).fillna(0)[there[method] > 0]
+        for metric in ("psnr", "ssim")
+        for method in (EVEN, *METHODS)
+        if method in there
+    }
+    # a mean of equal numbers differs from them by its rounding
+    means = pd.concat(gains, axis=1).round(5).groupby(["k", "capture", "start"]).mean()
+    return means.groupby(["k", "capture"]).mean()
 
 
 def _head(table: pd.DataFrame) -> str:
-    held, shape = _held_out(table), SETTINGS["gaussians"]
+    held, (side,) = _held_out(table), table["side"].unique()
     told = table[table["method"] == TOLD]
     starts, budgets = (", ".join(map(str, sorted(told[by].unique()))) for by in ("start", "k"))
+    known = f"`fsel` with targets known is told of them, from frame {starts} on (K = {budgets}). "
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
     )
+    seeds = seeds.diff(axis=1).abs().stack().mean()
     return (
-        "# Real captures, trained Gaussians\n\n"
-        f"`make captures` (`benchmarks/captures_unknown.py`), {datetime.now(UTC):%Y-%m-%d}."
-        "\n\n"
+        f"# Real captures, trained Gaussians, {side} pixels\n\n"
+        f"`make captures{'' if side == 128 else f'_{side}'}` (`benchmarks/captures_unknown.py`), "
+        f"{datetime.now(UTC):%Y-%m-%d}.\n\n"
         f"One frame in {EVERY} is held out, in turn from frame {held} on; picks of the others are "
         "scored on them. Nobody states them to the rule alone (`--patience 0`) and to what is "
-        f"tried (`fsel select -k`); `fsel` with targets known is told of them, from frame {starts} "
-        f"on (K = {budgets}). By `gaussians` "
-        f"({LONG_SIDE} pixels, {shape['steps']} steps, {shape['gaussians']:,} Gaussians) and "
-        "`splats`. Differences are from every n-th frame; intervals are 95 % by Student's t over "
-        "captures, each the mean of its hold-outs and seeds. It takes their gains as normal, so "
-        "that one capture far ahead widens it on both sides. A bootstrap (BCa, 9,999 draws, seed "
-        "0), which is rather too narrow for ten captures, and a sign test of those that differ "
-        "from every n-th frame stand beside it. Two fits of one selection by `gaussians` differ by "
-        f"{seeds.diff(axis=1).abs().stack().mean():.1f} dB on the mean. What is tried, the margins "
-        "of `fsel.selection.halving`, and that both reconstructors must agree were chosen on "
-        "caliterra, flowerpot, fox, helmet, miku and South Building (their figures flatter), "
-        "earlier forms on all ten.\n"
+        f"tried (`fsel select -k`). {known if len(told) else ''}By "
+        f"{', '.join(f'`{by}`' for by in table['by'].unique())} ({side} pixels; `gaussians`: "
+        f"{SETTINGS['gaussians']['steps']} steps, {SIZES[side]:,} Gaussians). Differences are from "
+        "evenly spaced frames; intervals are 95 % by Student's t over captures, each the mean of "
+        "its hold-outs and seeds. It takes their gains as normal, so that one capture far ahead "
+        "widens it on both sides. A bootstrap (BCa, 9,999 draws, seed 0), which is rather too "
+        "narrow for ten captures, and a sign test of those that differ from evenly spaced frames "
+        "stand beside it. "
+        + (f"Two fits of one selection differ by {seeds:.1f} dB on the mean. " if seeds > 0 else "")
+        + "What is tried, the margins of `fsel.selection.halving`, and that both reconstructors "
+        "must agree were chosen on caliterra, flowerpot, fox, helmet, miku and South Building "
+        "(their figures flatter), earlier forms on all but bonsai.\n"
     )
 
 
@@ -123,83 +126,69 @@ def _held_out(table: pd.DataFrame) -> str:
 
 def _short(each: dict[str, pd.DataFrame]) -> str:
     """Means over captures by number of frames, with intervals, and the worst capture."""
-    whole = [gains["psnr"][list(SHORT)].dropna() for gains in each.values()]
-    budgets = sorted(set.intersection(*(set(gains.index.unique("k")) for gains in whole)))
-    lines = [f"| PSNR over every n-th frame, dB | {' | '.join(f'K = {k}' for k in budgets)} |"]
-    lines.append("|---|" + "---|" * len(budgets))
+    budgets = sorted({k for gains in each.values() for k in gains.index.unique("k")})
+    lines = _header("PSNR over evenly spaced frames, dB", budgets)
     for (method, views), (by, gains) in product(SHORT.items(), each.items()):
-        cells = [_cell(gains["psnr", method].xs(k, level="k").dropna()) for k in budgets]
-        lines.append(f"| {views}, by `{by}` | {' | '.join(cells)} |")
+        if method in gains["psnr"]:
+            own = gains["psnr", method].dropna()
+            cells = [_cell(own[own.index.get_level_values("k") == k]) for k in budgets]
+            lines.append(f"| {views}, by `{by}` | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
-def _cell(gains: pd.Series) -> str:
+def _header(first: str, budgets: Iterable[int]) -> list[str]:
+    cells = [first, *(f"K = {k}" for k in budgets)]
+    return [f"| {' | '.join(cells)} |", "|" + "---|" * len(cells)]
+
+
+def _cell(gains: pd.Series, digits: int = 2) -> str:
     if len(gains) < 2:
-        return f"{gains.mean():+.2f}, one capture"
+        return f"{gains.mean():+.{digits}f}, one capture" if len(gains) else ""
     reach = of_places(gains.to_numpy())
-    return f"{reach.mean:+.2f} ± {reach.high - reach.mean:.2f}, worst {gains.min():+.2f}"
+    half, least = reach.high - reach.mean, gains.min()
+    return f"{reach.mean:+.{digits}f} ± {half:.{digits}f}, worst {least:+.{digits}f}"
 
 
 def _resampled(gains: pd.Series) -> str:
     """Interval by bootstrap, which takes no gain as normal, and how many captures are ahead."""
     ahead, behind = int((gains > 0).sum()), int((gains < 0).sum())
     if gains.nunique() < 2:
-        return f"| {ahead} / {behind}"
+        return f" | {ahead} / {behind}"
     found = bootstrap((gains.to_numpy(),), np.mean, n_resamples=9999, rng=0)
     low, high = found.confidence_interval
     p = binomtest(ahead, ahead + behind).pvalue
     return f"{low:+.2f} to {high:+.2f} | {ahead} / {behind}, p = {p:.2f}"
 
 
-def _summary(each: pd.DataFrame) -> str:
-    lines = ["| K | captures | method | PSNR, dB | bootstrap | ahead / behind | SSIM | worst |"]
-    lines.append("|---|---|---|---|---|---|---|---|")
-    for (k, part), method in product(each.groupby(level="k"), SHOWN):
-        gains = part.xs(method, axis=1, level=1).dropna()
-        if len(gains):
-            half = of_places(gains["ssim"].to_numpy())
-            lines.append(
-                f"| {k} | {len(gains)} | {method} | {_cell(gains['psnr'])} | "
-                f"{_resampled(gains['psnr'])} | {half.mean:+.3f} ± {half.high - half.mean:.3f} | "
-                f"{gains['ssim'].min():+.3f} |"
-            )
-    return "\n".join(lines) + "\n"
+def _summary(each: pd.DataFrame, methods: Iterable[str], over: str = EVEN) -> str:
+    lines = ["| K | captures | method | PSNR, dB | bootstrap | ahead / behind | SSIM |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for (k, part), method in product(each.groupby(level="k"), methods):
+        if method in part["psnr"]:
+            gains = part.xs(method, axis=1, level=1) - part.xs(over, axis=1, level=1)
+            psnr, ssim = gains["psnr"].dropna().round(5), gains["ssim"].dropna().round(5)
+            cells = k, len(psnr), method, _cell(psnr), _resampled(psnr), _cell(ssim, 3)
+            lines.append(f"| {' | '.join(map(str, cells))} |" if len(psnr) else "")
+    return "\n".join(filter(None, lines)) + "\n"
 
 
 def _by_capture(each: pd.DataFrame) -> str:
-    found = [method for method in SHOWN if ("psnr", method) in each]
+    found = [method for method in METHODS if method in each["psnr"]]
     rows = each["psnr"][found].map(lambda gain: "" if np.isnan(gain) else f"{gain:+.2f}")
     cells = rows.agg(" / ".join, axis=1).unstack("k", fill_value="")
-    lines = [f"PSNR over every n-th frame, {' / '.join(found)}, dB:\n"]
-    lines.append(f"| capture | {' | '.join(f'K = {k}' for k in cells)} |")
-    lines.append("|---|" + "---|" * len(cells.columns))
+    lines = [f"PSNR over evenly spaced frames, {' / '.join(found)}, dB:\n"]
+    lines += _header("capture", cells)
     lines += [f"| {name} | {' | '.join(row)} |" for name, row in cells.iterrows()]
     return "\n".join(lines) + "\n"
 
 
 def _by_kind(each: pd.DataFrame) -> str:
-    """What is tried on made captures, over every n-th frame, by what was done to them."""
+    """What is tried on made captures, over evenly spaced frames, by what was done to them."""
     gains = each["psnr", TRIED].dropna().unstack("k")
     kinds = gains.groupby(gains.index.str.partition(", ").get_level_values(2))
-    lines = [f"| PSNR over every n-th frame, dB | {' | '.join(f'K = {k}' for k in gains)} |"]
-    lines.append("|---|" + "---|" * len(gains.columns))
+    lines = _header("PSNR over evenly spaced frames, dB", gains)
     for kind, part in kinds:
         lines.append(f"| {kind} | {' | '.join(_cell(part[k].dropna()) for k in gains)} |")
-    return "\n".join(lines) + "\n"
-
-
-def _over_nearest(each: dict[str, pd.DataFrame]) -> str:
-    """What is ahead of Nearest, told the targets, by reconstructor and number of frames."""
-    methods = [TOLD, LOOKED, UNSEEN]
-    lines = ["| K | by | captures | method | PSNR, dB | bootstrap | ahead / behind |"]
-    lines.append("|---|---|---|---|---|---|---|")
-    for by, found in each.items():
-        gains = found["psnr"][[NEAR, *methods]].dropna()
-        over = gains[methods].sub(gains[NEAR], axis=0).round(5)
-        for (k, part), method in product(over.groupby(level="k"), methods):
-            own = part[method]
-            head = f"| {k} | `{by}` | {len(own)} | {method} "
-            lines.append(f"{head}| {_cell(own)} | {_resampled(own)} |")
     return "\n".join(lines) + "\n"
 
 

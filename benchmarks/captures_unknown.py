@@ -48,16 +48,13 @@ from fsel.selectors.baselines import PRACTICE
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY = 8  # one frame in so many is held out
 SIZES = {128: 6000, 384: 20_000}  # pixels of the longer side, and Gaussians
-SETTINGS = {
-    "gaussians": {"steps": 600, "background": "mean"},
-    "splats": {},
-    "radiance_field": {},
-}
+SETTINGS = {"gaussians": {"steps": 600, "background": "mean"}, "splats": {}, "radiance_field": {}}
 EVEN, RULE, TRIED, TOLD = "evenly spaced", "the rule alone", "tried", "targets known"
 NEAR, LOOKED, UNSEEN = "Nearest", "targets known, tried", "targets known, others tried"
 RULES = {RULE: "fsel", **{name: name for name in PRACTICE}}  # targets unknown
 AIMED = {TOLD: "fsel", NEAR: "nearest"}
-METHODS = (*RULES, TRIED, *AIMED, LOOKED, UNSEEN)
+KNOWN = (TOLD, LOOKED, UNSEEN)
+METHODS = (*RULES, TRIED, NEAR, *KNOWN)
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
 ENDLESS = TimeBudget(float("inf"))
@@ -203,15 +200,10 @@ def rows(
     made: dict[tuple[str, int, str], list[float]],
     asked: argparse.Namespace,
 ) -> Iterator[dict[str, object]]:
-    """One a method, reconstructor and seed, of one capture, hold-out and budget.
+    """One a method, reconstructor and seed, of one capture, first frame held out and budget.
 
-    Args:
-        capture: all frames.
-        start: the first that is held out.
-        k: how many are picked.
-        methods: reconstructor -> those that it is to score, beside evenly spaced frames.
-        made: reconstructor, seed and frames -> PSNR and SSIM, which what is new is added to.
-        asked: `seeds`: fits of what was tried, where it is not evenly spaced; `side`: pixels.
+    `methods` are those that each reconstructor is to score, beside evenly spaced frames; `made` has
+    the scores of reconstructors, seeds and frames that are known, and receives the new ones.
     """
     held = np.arange(start, len(capture), EVERY)
 
@@ -267,12 +259,8 @@ def measure(asked: argparse.Namespace) -> None:
     opened = list(captures(asked))
     with asked.rows.open("a") as file:
         for start, k, (name, capture) in product(asked.starts, asked.budgets, opened):
-            left = {
-                by: [
-                    method for method in asked.methods if (name, start, k, by, method) not in known
-                ]
-                for by in asked.by
-            }
+            done = {key[3:] for key in known if key[:3] == (name, start, k)}
+            left = {by: [m for m in asked.methods if (by, m) not in done] for by in asked.by}
             for row in list(rows(capture, start, k, left, made[name, start], asked)):
                 print(json.dumps({"capture": name} | row), file=file, flush=True)
             print(name, start, k, flush=True)
