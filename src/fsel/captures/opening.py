@@ -52,6 +52,8 @@ class Opening:
     poses: str = "layout"  # or `colmap`
     features: str | None = None  # what COLMAP matches; None for SIFT
     by: tuple[str, ...] = ()  # commands of the program that finds poses; empty for COLMAP
+    pose_masks: str | None = None  # folder of masks that COLMAP keeps features to
+    mask_by: tuple[str, ...] = ()  # commands of the program that makes such masks
     video_frames: int | None = None  # that a video is thinned to
     rate: float | None = None  # frames a second that it is thinned to
     start: float = 0.0  # seconds of the part of a video that is taken
@@ -74,8 +76,9 @@ def opened(
     sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
-    if opening.features and not sought:
-        raise ValueError(f"{first}: already has poses; --features is for COLMAP's (--poses colmap)")
+    if (opening.features or opening.pose_masks) and not sought:
+        what = "--features is" if opening.features else "--masks poses:DIR is"
+        raise ValueError(f"{first}: already has poses; {what} for COLMAP's (--poses colmap)")
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
@@ -113,9 +116,10 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
     is matched, and a run that was cut off goes on where it was.
     """
-    by, kind = estimator(opening), opening.features or features.SIFT
+    by, kind = program(opening.by, "by"), opening.features or features.SIFT
+    masks = _masks(opening)
     sources, sampling = _sources(opening, reporter)
-    place = cache() / _digest(sources, sampling, by, kind)
+    place = cache() / _digest(sources, sampling, by, kind, masks)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
@@ -127,7 +131,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            work = Work(place / "matching", watch=reporter.bar, by=by, features=kind)
+            work = Work(place / "matching", watch=reporter.bar, by=by, features=kind, masks=masks)
             try:
                 found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
             except KeyboardInterrupt:
@@ -184,15 +188,26 @@ def notes(found: dict | None) -> list[str]:
     return [f"{said}; lost: {times}", *unsure]
 
 
-def estimator(opening: Opening) -> Estimator | None:
-    """The program that `--by` names, which must be here; None for COLMAP."""
-    if not opening.by:
+def program(commands: tuple[str, ...], option: str) -> Estimator | None:
+    """The program that `--by` or `--mask-by` names, which must be here; None without commands."""
+    if not commands:
         return None
     try:
-        words = [shlex.split(line) for line in opening.by]
+        words = [shlex.split(line) for line in commands]
     except ValueError as error:
-        raise ValueError(f"--by {' '.join(opening.by)}: {error}") from error
+        raise ValueError(f"--{option} {' '.join(commands)}: {error}") from error
     return checked({"by": words})
+
+
+def _masks(opening: Opening) -> Path | Estimator | None:
+    """Return the folder of masks that features are kept to, or the program that makes them."""
+    if opening.pose_masks is None:
+        return program(opening.mask_by, "mask-by")
+    if opening.by:
+        raise ValueError(f"{opening.pose_masks}: masks are for COLMAP, not for --by")
+    if not Path(opening.pose_masks).is_dir():
+        raise FileNotFoundError(f"{opening.pose_masks}: no such folder of masks")
+    return Path(opening.pose_masks)
 
 
 def _check_number(opening: Opening, found: dict) -> None:
@@ -293,14 +308,20 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
 
 
 def _digest(
-    sources: Sequence[Source], sampling: video.Sampling, by: Estimator | None, kind: str
+    sources: Sequence[Source],
+    sampling: video.Sampling,
+    by: Estimator | None,
+    kind: str,
+    masks: Path | Estimator | None,
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
+    files += sorted(masks.iterdir()) if isinstance(masks, Path) else []
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
-    program = [by.by] if by else [kind] if kind != features.SIFT else []
-    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *program])
+    made: list = [by.by] if by else [kind] if kind != features.SIFT else []
+    made += ["masks", masks.by] if isinstance(masks, Estimator) else []
+    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 

@@ -21,7 +21,7 @@ from fsel.core.capture import Capture
 from fsel.core.geometry import turned
 from fsel.selection.export.record import RECORD
 
-READ = ("capture", "masks", "frames", "targets", "weights", "always", "never")
+READ = ("capture", "masks", "pose_masks", "frames", "targets", "weights", "always", "never")
 
 
 def opening_of(args: argparse.Namespace) -> Opening:
@@ -35,6 +35,7 @@ def opening_of(args: argparse.Namespace) -> Opening:
     return Opening(
         paths=(args.capture, *args.beside),
         by=tuple(args.by or ()),
+        mask_by=tuple(args.mask_by or ()),
         wanted=wanted,
         **stated,
     )

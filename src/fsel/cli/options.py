@@ -20,6 +20,7 @@ UNPOSED = "none"  # of --poses
 OPENING = {
     "poses": "layout",
     "features": None,
+    "pose_masks": None,
     "video_frames": None,
     "rate": None,
     "start": 0.0,
@@ -112,7 +113,7 @@ def add_captures(command: argparse.ArgumentParser) -> None:
 
 def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> None:
     """Add options of how a folder or a video becomes a capture with poses, or does without."""
-    command.set_defaults(by=None)
+    command.set_defaults(by=None, mask_by=None, pose_masks=None)
     text = "use the capture's poses (default), or estimate them with COLMAP"
     text += "; none (or --no-poses) to write no cameras" if unposed else ""
     kinds, usual = ("layout", "colmap", *([UNPOSED] if unposed else [])), OPENING["poses"]
@@ -186,11 +187,23 @@ def add_keeping(command: argparse._ActionsContainer) -> None:
     command.add_argument("--keep-bad", action="store_true", help=text)
 
 
+class Masks(argparse.Action):
+    """Masks of an object, or, as `poses:DIR`, those that features are kept to."""
+
+    def __call__(self, parser, namespace, values, option_string=None) -> None:
+        """Store one of the two."""
+        kind, stated, folder = values.partition(":")
+        if stated and kind == "poses":
+            namespace.pose_masks = str(Path(folder).resolve())
+        else:
+            namespace.masks = Path(values)
+
+
 def add_object(command: argparse._ActionsContainer, what: str) -> None:
     """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
-    text = f"folder of object masks named like the frames: {what}"
-    thing.add_argument("--masks", type=Path, metavar="DIR", help=text)
+    text = f"folder of object masks named like the frames: {what}; poses:DIR keeps COLMAP to white"
+    thing.add_argument("--masks", action=Masks, metavar="DIR", help=text)
     corners = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
     text = "the same with a box in world units"
     thing.add_argument("--box", type=float, nargs=6, metavar=corners, help=text)

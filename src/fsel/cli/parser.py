@@ -118,6 +118,11 @@ def _add_poses(commands) -> None:
         "'python mapper.py {folder}'; repeat it to run several in turn"
     )
     found.add_argument("--by", metavar="COMMAND", action="append", help=text)
+    masks = command.add_mutually_exclusive_group()
+    text = "folder of masks named like the images: only what is white is matched"
+    masks.add_argument("--masks", dest="pose_masks", metavar="DIR", help=text)
+    text = "program that makes them, such as '{python} {recipes}/people.py {folder}'; as --by"
+    masks.add_argument("--mask-by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)
     _add_threads(command, "1 gives the same poses every time")

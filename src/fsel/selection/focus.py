@@ -10,16 +10,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.captures.images import files as image_files
+from fsel.captures.images.masks import load_white, mask_file
 from fsel.captures.lazy import LazyCapture
 from fsel.core.capture import Capture
 from fsel.core.geometry import directions, line_equations
 from fsel.core.wording import counted
 from fsel.selection.scene_depth import viewing_distance
 
-WHITE = 128  # least value of a mask's pixels that count
-TINT = 32  # difference of a pixel's channels from which it is in colour: JPEG tints grey by less
-COLOURED = 0.01  # share of such pixels from which an image is no mask
 ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
 
 
@@ -122,22 +119,6 @@ def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
     masks = ((int(row), np.asarray(stored[row])) for row in frames)
     hint = f"the masks of {counted(len(frames), 'frame')} were read"
     return _seen_in(capture, masks, capture.source, hint)
-
-
-def mask_file(folder: Path, name: str) -> Path | None:
-    """A frame's mask in a folder: `name.png`, or `name.jpg.png` as COLMAP has it; None without."""
-    files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
-    return next((file for file in files if file.is_file()), None)
-
-
-def load_white(file: Path) -> np.ndarray:
-    """(h, w) bool, the white pixels of a mask; an image in colour is refused."""
-    image = np.ascontiguousarray(image_files.load(file))
-    channels = cv2.split(image)
-    spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
-    if (spread > TINT).mean() > COLOURED:
-        raise ValueError(f"{file}: is a colour image, not a mask; allowed: white on black")
-    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) >= WHITE
 
 
 def _seen_in(

@@ -8,7 +8,7 @@ from PIL import Image
 
 from fsel.captures.images import files as image_files
 from fsel.captures.images import previews
-from fsel.selection import focus
+from fsel.captures.images.masks import load_white
 
 SHOT = np.zeros((16, 48, 3), np.uint8)  # RGB; a dark quarter tells each turn from the others
 SHOT[:8, :16], SHOT[8:, :16], SHOT[:, 16:] = 40, 120, 220
@@ -73,7 +73,7 @@ def test_every_reader_of_ours_sees_stored_pixels(tmp_path):
     close(image_files.load_for(file, 48), SHOT)
     (picture,) = previews.thumbnails([file], 48, 48)
     close(shown(picture), SHOT)
-    np.testing.assert_array_equal(focus.load_white(file), SHOT[..., 0] > 200)
+    np.testing.assert_array_equal(load_white(file), SHOT[..., 0] > 200)
     np.testing.assert_array_equal(image_files.load_mask(file, (200, 255)), SHOT[..., 0] > 200)
 
 

@@ -55,13 +55,7 @@ class Estimator(Program):
     def models(self, folder: Path) -> list[Path]:
         """Run it in a folder and return those of the models that it wrote, at least one."""
         output = folder / MODELS
-        shutil.rmtree(output, ignore_errors=True)
-        output.mkdir()
-        try:
-            for words in self.by:
-                self.run(words, folder)
-        except Unfinished as error:
-            raise ValueError(f"poses by {self.name}: {error}") from error
+        self.write(folder, output, "poses")
         files = [*output.rglob("images.bin"), *output.rglob("images.txt")]
         if not files:
             raise ValueError(
@@ -69,6 +63,16 @@ class Estimator(Program):
                 f"{MODELS}\n{tail(folder)}"
             )
         return sorted({path.parent for path in files})
+
+    def write(self, folder: Path, output: Path, what: str) -> None:
+        """Run it in a folder, to write what it makes into another that is empty."""
+        shutil.rmtree(output, ignore_errors=True)
+        output.mkdir()
+        try:
+            for words in self.by:
+                self.run(words, folder)
+        except Unfinished as error:
+            raise ValueError(f"{what} by {self.name}: {error}") from error
 
 
 def named(features: str) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
 from fsel.captures.images import files as image_files
+from fsel.captures.images.masks import load_white
 from fsel.core.programs import MissingRequirement
 
 SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
@@ -99,6 +100,11 @@ def extract(database: Path, folder: Path, names: Sequence[str], kind: str) -> No
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
             points, descriptors = network(kind).find(image_files.load(folder / name))
+            mask = folder.with_name("masks") / f"{name}.png"
+            if mask.is_file():
+                columns, rows = points[:, :2].astype(int).T
+                kept = load_white(mask)[rows, columns]
+                points, descriptors = points[kept], descriptors[kept]
             # the type says whose network COLMAP would match with, which it does not
             unknown = pycolmap.FeatureExtractorType.UNDEFINED
             bytes_ = np.ascontiguousarray(descriptors).view(np.uint8)

@@ -19,6 +19,7 @@ from fsel.captures.images.previews import Progress, in_silence
 from fsel.core.limits import threads
 from fsel.core.wording import counted
 
+MASKS = "masks"  # beside the folder of images
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 SEED = 0
 MIN_PLACED = 3
@@ -57,6 +58,7 @@ class Work:
     watch: Callable[[str], Progress] = lambda label: in_silence  # a step's name -> wraps its loop
     by: Estimator | None = None  # finds the poses; None for COLMAP's mappers
     features: str = features.SIFT  # that COLMAP works with, one of `features.KINDS`
+    masks: Path | Estimator | None = None  # folder, or what makes them: features lie in white alone
 
     @property
     def who(self) -> str:
@@ -115,6 +117,8 @@ def extract(
         reader = pycolmap.ImageReaderOptions()
         if kind is not None and kind[0] and work.parts[int(kind[0])].panoramic:
             reader.camera_model = SPHERE
+        if (masks := folder.with_name(MASKS)).is_dir():
+            reader.mask_path = masks
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
         pycolmap.import_images(database, folder, mode, part, reader)

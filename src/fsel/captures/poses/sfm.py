@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -13,11 +14,13 @@ import numpy as np
 
 from fsel.captures.colmap import mapping, runs
 from fsel.captures.colmap.camera import Camera, pycolmap
+from fsel.captures.colmap.estimator import Estimator
 from fsel.captures.colmap.failures import SLIDES, cause, slides
 from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images import files as image_files
+from fsel.captures.images.masks import mask_of
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import RawCapture
 from fsel.core.capture import Capture
@@ -147,6 +150,8 @@ def _mapped(
 ) -> Mapped | None:
     """Return what COLMAP's mappers build in a folder."""
     database, begun = folder / DATABASE, None
+    if work.masks is not None:
+        _mask(raw, names, folder, work.masks)
     runs.extract(database, folder / "images", names, work)
     runs.match(database, names, work)
     if slides(database):
@@ -161,6 +166,24 @@ def _mapped(
     if work.breaks:
         mapping.separate(database, names, work.breaks)
     return mapping.build(database, folder, len(names), work, begun)
+
+
+def _mask(raw: RawCapture, names: Sequence[str], folder: Path, masks: Path | Estimator) -> None:
+    """Write the masks of images, which features are kept to, as `masks/NAME.png`, if not there."""
+    output, known = folder / runs.MASKS, dict(enumerate(raw.names))
+    output.mkdir(exist_ok=True)
+    new = [i for i, name in enumerate(names) if not (output / f"{name}.png").is_file()]
+    place = folder / "masking"
+    if isinstance(masks, Estimator) and new:
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+        made = runs.linked([raw.images[i] for i in new], place / "images", ())
+        masks.write(place, place / runs.MASKS, "masks")
+        known = dict(zip(new, made, strict=True))
+    given = masks if isinstance(masks, Path) else place / runs.MASKS
+    for i in new:
+        white = mask_of(given, known[i], folder / "images" / names[i])
+        image_files.write(white[None] * np.uint8(255), output, [f"{names[i]}.png"])
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:

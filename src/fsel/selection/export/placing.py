@@ -11,8 +11,8 @@ import numpy as np
 
 from fsel.captures.colmap.undistortion import Lens, is_straight
 from fsel.captures.images import files as image_files
+from fsel.captures.images.masks import load_white, mask_file
 from fsel.captures.layouts.contract import RawCapture
-from fsel.selection.focus import load_white, mask_file
 
 FILM = ".jpg"  # ending of images that are frames of a video
 WRITABLE = (".png", ".jpg", ".jpeg")  # what is changed into another file of its kind
