@@ -35,9 +35,10 @@ def test_selections_nest_and_spare_the_targets(scene, swept):
 
 def test_every_method_begins_with_the_same_views_and_does_not_know_the_targets(scene, tmp_path):
     files = [[tmp_path / f"{name}.parquet"] for name in ("split", "features", "selections")]
-    split(scene, files[0], targets=4, seed=1, every=5, config="c")
+    held_out = {"every": 5, "first": 3}
+    split(scene, files[0], targets=4, seed=1, hold_out=held_out, config="c")
     features(scene, *files[:2], config="c")
-    asked = {"budgets": [4, 6], "seeds": [2], "practice": True, "first": 3}
+    asked = {"budgets": [4, 6], "seeds": [2], "practice": True, "hold_out": held_out}
     select(scene, *files[:2], [FOLDER / FILES["fsel"]], files[2], **asked, config="c")
     held = Split.load(files[0][0]).targets
     capture = Capture.load(scene)

@@ -125,7 +125,7 @@ use rule stage as split with:
         **experiment.resources(grows="capture"),
     params:
         lib=experiment.library("split"),
-        every=experiment.config["hold_out"]["every"],
+        hold_out=experiment.config["hold_out"],
         protocol=experiment.datasets.protocol,
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),

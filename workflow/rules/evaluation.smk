@@ -43,7 +43,7 @@ use rule stage as select with:
     params:
         lib=experiment.library("select"),
         practice=experiment.config["practice"],
-        first=experiment.first,
+        hold_out=experiment.config["hold_out"],
         protocol=experiment.datasets.protocol,
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
@@ -125,7 +125,6 @@ use rule table as ksweep with:
         budgets=experiment.config["budgets"],
         metrics=experiment.metrics,
         facts=experiment.facts_of,
-        hold_out=experiment.config["hold_out"],
 
 
 use rule table as heatmap with:

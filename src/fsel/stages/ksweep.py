@@ -26,7 +26,6 @@ def ksweep(
     budgets: Sequence[int],
     metrics: Metrics,
     facts: Mapping,
-    hold_out: Mapping | None = None,
 ) -> None:
     """Write the table "Input budget sweep", its numbers with intervals, and paired differences.
 
@@ -35,7 +34,6 @@ def ksweep(
         numbers, differences: receive means, and the learned methods' differences to every other.
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
         facts: what the caption says, see `caption`.
-        hold_out: the config's section, of which the caption says what is not the default.
     """
     names, files = list(metrics), ([*problems, *searched], [*evaluations, *oracles])
     cells = with_all_datasets(sweep_cells(*files, names, facts=facts, by_seed=True))
@@ -43,11 +41,7 @@ def ksweep(
     write_csv(means, numbers)
     write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
-    known = {
-        **facts,
-        "searched": any("search" in group for group in groups),
-        "hold_out": hold_out or {},
-    }
+    known = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in with_all_label(datasets).items()},
@@ -66,7 +60,7 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
 
     Args:
         facts: as in `made_by`, and search_k, draws, oracle_draws, oracle_dataset, searched (whether
-            the searches have rows), and hold_out, the config's.
+            the searches have rows), and `hold_out` of the config.
     """
     thinned = f"{MOST_FRAMES:,} evenly spread ones where a capture has more"
     references = f"all frames without selection ({thinned})."

@@ -28,7 +28,7 @@ def select(
     budgets: Sequence[int],
     seeds: Sequence[int],
     practice: bool = False,
-    first: int | None = None,
+    hold_out: Mapping | None = None,
     protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
@@ -38,17 +38,18 @@ def select(
         features: what `fsel.stages.features` wrote of them, one a draw.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
         practice: whether the baselines of `PRACTICE` are among the methods.
-        first: frames that every method begins with, none of which knows the targets: the first one
-            and those farthest from it and each other; None where they know and begin as they do.
+        hold_out: the config's section. With `every`, no method knows the targets, and all begin
+            with `first` frames: the first one, and those farthest from it and each other.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """
     methods = [*METHODS.values(), *(PRACTICE.values() if practice else ())]
     runs = measuring.runs(methods, weights)
-    if first is not None:
+    first = hold_out["first"] if hold_out and hold_out["every"] else 0
+    if first:
         runs = [run._replace(method=beginning(run.method)) for run in runs]
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
         problem = with_features(Problem.load(folder, split), read_columns(table), table)
-        if first is not None:
+        if first:
             pool, centers = problem.observed, problem.capture.centers
             problem = unaimed(problem, pool, farthest_views(pool, centers, first, pool[0]))
         picks = measuring.select(problem, runs, budgets, measuring.rng_by_name(seed))

@@ -18,7 +18,7 @@ def split(
     *,
     targets: int,
     seed: int,
-    every: int | None = None,
+    hold_out: Mapping | None = None,
     protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
@@ -26,16 +26,17 @@ def split(
 
     Args:
         splits: one a draw, see `fsel.core.split.Split.table`.
-        every: each so manieth frame is a target; None for targets that are drawn.
+        hold_out: the config's section, whose `every` holds out each so manieth frame.
         protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.dl3dv`; empty for none.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):
-        held = np.arange(0, len(capture), every) if every else None
+        every = np.arange(len(capture))
         if protocol:
             held = read_protocol(names=capture.names, **protocol).targets
-        if held is None:
-            made = evaluation_split(capture, draw, seed, targets)
+            made = partition(capture, held, every)
+        elif hold_out and hold_out["every"]:
+            made = partition(capture, every[:: hold_out["every"]], every)
         else:
-            made = partition(capture, held, np.arange(len(capture)))
+            made = evaluation_split(capture, draw, seed, targets)
         write_table(made.table(capture.names), output, units={}, config=config)

@@ -291,8 +291,9 @@ class Experiment(Settings):
         }
 
     def facts_of(self, wildcards: Any) -> dict[str, Any]:
-        """Return `facts` for the reconstructor in the wildcards."""
-        return self.facts(reconstructor=wildcards.reconstructor)
+        """Return `facts` for the reconstructor in the wildcards, and how targets are held out."""
+        facts = self.facts(reconstructor=wildcards.reconstructor)
+        return {**facts, "hold_out": self.config["hold_out"]}
 
     def places(self) -> dict[str, str]:
         """Map dataset/scene to the place of evaluation scenes that may share one with another."""

@@ -74,13 +74,12 @@ class Settings:
         if not self.evaluation_scenes:
             raise Refusal("no dataset has evaluation scenes", "the tables need at least one")
         listed = [f"datasets.{d}.protocol" for d in entries if entries[d].get("protocol")]
-        if self.first is not None:
-            listed.append("hold_out.every")
+        held, least = self.config["hold_out"], min(self.config["budgets"])
+        listed += ["hold_out.every"] if held["every"] else []
         if listed and draws != 1:
-            where = listed[0]
-            raise Refusal(f"draws is {draws}, and {where} has one", "set `draws: 1`")
-        if (self.first or 0) >= (least := min(self.config["budgets"])):
-            found = f"hold_out.first is {self.first}, and budgets begin with {least}"
+            raise Refusal(f"draws is {draws}, and {listed[0]} has one", "set `draws: 1`")
+        if held["every"] and held["first"] >= least:
+            found = f"hold_out.first is {held['first']}, and budgets begin with {least}"
             raise Refusal(found, "every method picks more than it begins with")
         if search["kept"] > search["stored"]:
             found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"
@@ -100,12 +99,6 @@ class Settings:
     def trained(self) -> str:
         """The dataset whose scenes are labelled."""
         return str(self.config["training"]["dataset"])
-
-    @property
-    def first(self) -> int | None:
-        """The number of views that methods begin with; None where targets are drawn and known."""
-        held = self.config["hold_out"]
-        return held["first"] if held["every"] else None
 
     def scenes(self, dataset: str, role: str) -> list[str]:
         """Return the names of a dataset's scenes with a role, in order."""

@@ -34,10 +34,8 @@ FURTHER: Registry[Method] = Registry(
 """Further methods, in the order of the tables."""
 
 WITHOUT_POSES = ("best_n", "thumbnail", "correlation", "drift", "farthest_appearance")
-_PRACTICE = (*WITHOUT_POSES, "warp_rf")
-PRACTICE: Registry[Method] = Registry(
-    "method", {name: f"fsel.selectors.baselines.{name}:METHOD" for name in _PRACTICE}
-)
+_HOMES = {n: f"fsel.selectors.baselines.{n}:METHOD" for n in (*WITHOUT_POSES, "warp_rf")}
+PRACTICE: Registry[Method] = Registry("method", _HOMES)
 """What tools do before poses are known, and WarpRF; in the workflow's tables by `practice`."""
 
 HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.all_frames:METHOD"}

@@ -7,7 +7,7 @@ import numpy as np
 from fsel.core.compiled import exact
 from fsel.core.geometry import camera_centers
 from fsel.core.problem import Method, Problem
-from fsel.selectors.baselines.splat_views import Blends, greedy_on_splats, held_by
+from fsel.selectors.baselines.splat_views import Blends, fitted, greedily, held_by
 
 BINS = 128  # directions on the sphere
 EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage
@@ -97,8 +97,8 @@ def _raise(new, directions, splats, centers, start, index, best):
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedy_on_splats`."""
-    return greedy_on_splats(problem, k, Coverage)
+    """Pick by `greedily`."""
+    return greedily(problem, k, lambda *seen: Coverage(fitted(*seen)))
 
 
 METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True, begins=True)

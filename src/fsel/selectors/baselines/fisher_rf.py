@@ -6,7 +6,7 @@ import numpy as np
 
 from fsel.core.compiled import exact
 from fsel.core.problem import Method, Problem
-from fsel.selectors.baselines.splat_views import Blends, greedy_on_splats
+from fsel.selectors.baselines.splat_views import Blends, fitted, greedily
 
 DAMPING = 1e-6  # the released default of lambda
 
@@ -42,8 +42,8 @@ def _information(start, index, square, per_known):
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedy_on_splats`."""
-    return greedy_on_splats(problem, k, Information)
+    """Pick by `greedily`."""
+    return greedily(problem, k, lambda *seen: Information(fitted(*seen)))
 
 
 METHOD = Method(

@@ -78,22 +78,14 @@ def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     return Blends(splats, poses, intrinsics, views.size, *filled)
 
 
-def greedy_on_splats(
-    problem: Problem, k: int, criterion: Callable[[Blends], Criterion]
-) -> np.ndarray:
-    """Pick by `greedily`, and a criterion of splats that are blended into the views."""
-    return greedily(problem, k, lambda *seen: criterion(fitted(*seen)))
-
-
 def greedily(
     problem: Problem, k: int, criterion: Callable[[Capture, np.ndarray, np.ndarray], Criterion]
 ) -> np.ndarray:
     """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
 
     Starts with farthest views from the most central camera; or with `Problem.fixed_picks`, and then
-    fits after every pick, as FisherRF's protocol does. Only images of picked frames are read.
-    The criterion is made anew for every fit, of a capture, (V,) frames that may be picked and the
-    rows picked so far, then given all of these.
+    fits after every pick, as FisherRF's protocol does. Only images of picked frames are read. For
+    every fit a criterion is made of the capture, the pool and the rows, and given all picks so far.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from fsel.core.capture import Capture
-from fsel.core.compiled import exact
 from fsel.core.geometry import pixel_rays
 from fsel.core.problem import Method, Problem
 from fsel.selectors.baselines.splat_views import greedily, reconstructed
@@ -33,32 +33,12 @@ class Inconsistency:
         return self.least.sum(axis=(1, 2))
 
     def add(self, row: int) -> None:
-        _warp(self.images, self.points, self.poses[row], self.cameras[row], row, self.least)
-
-
-@exact
-def _warp(images, points, pose, k, row, least):
-    """Lower `least` to the difference from view `row`, sampled bilinearly, at its border beyond."""
-    views, height, width, _ = images.shape
-    for view in range(views):
-        for y in range(height):
-            for x in range(width):
-                seen = pose[:, 3].copy()
-                for a in range(3):
-                    for b in range(3):
-                        seen[a] += pose[a, b] * points[view, y, x, b]
-                depth = max(seen[2], 1e-9)
-                u = min(max(k[0] * seen[0] / depth + k[2] - 0.5, 0.0), width - 1.0)
-                v = min(max(k[1] * seen[1] / depth + k[3] - 0.5, 0.0), height - 1.0)
-                left, top = min(int(u), width - 2), min(int(v), height - 2)
-                across, down, total = u - left, v - top, 0.0
-                for c in range(3):
-                    above = images[row, top, left : left + 2, c]
-                    below = images[row, top + 1, left : left + 2, c]
-                    value = (1 - down) * ((1 - across) * above[0] + across * above[1])
-                    value += down * ((1 - across) * below[0] + across * below[1])
-                    total += abs(value - images[view, y, x, c])
-                least[view, y, x] = min(least[view, y, x], total)
+        pose, k = self.poses[row], self.cameras[row]
+        seen = np.einsum("vhwb,ab->vhwa", self.points, pose[:, :3]) + pose[:, 3]
+        pixel = seen[..., :2] / np.maximum(seen[..., 2:], 1e-9) * k[:2] + k[2:] - 0.5
+        where = np.broadcast_arrays(pixel[..., 1:], pixel[..., :1], np.arange(3.0))
+        warped = map_coordinates(self.images[row], where, order=1, mode="nearest")  # at the border
+        np.minimum(self.least, np.abs(warped - self.images).sum(axis=-1), out=self.least)
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
