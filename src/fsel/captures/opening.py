@@ -255,6 +255,8 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
     if sources[0].panoramic and opening.by:
         raise ValueError(f"{paths[0]}: shows all directions, which --by does not take")
+    for path in (source.path for source in sources if source.filmed and video.is_hdr(source.path)):
+        reporter.warn(f"{path}: {video.TO_SDR.format(path=path)}")
     films = sum(source.filmed for source in sources)
     least = video.LEAST
     if opening.video_frames is None and opening.rate is None and films:

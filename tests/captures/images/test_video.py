@@ -110,6 +110,16 @@ def test_videos_held_upright_come_upright(tmp_path):
     assert np.abs(shown.astype(int) - clockwise).mean() < 20
 
 
+@pytest.mark.parametrize(("code", "hdr"), [(1, False), (16, True), (18, True)])
+def test_hdr_is_told_by_the_transfer_function(code, hdr, tmp_path):
+    """Primaries, transfer function and matrix of ITU-T H.273 stand behind the name of the box."""
+    path = tmp_path / "walk.mov"
+    path.write_bytes(b"moov" * 9 + struct.pack(">I8s3HB", 19, b"colrnclx", 9, code, 9, 0) + b"mdat")
+    assert video.is_hdr(path) == hdr
+    path.write_bytes(b"\x1a\x45\xdf\xa3" + bytes(99) + b"\x55\xba\x81" + bytes([code, 0]))
+    assert video.is_hdr(path) == hdr
+
+
 def test_a_sequence_is_matched_near_and_ever_farther():
     found = pairs.in_sequence(100)
     assert [j for i, j in found if i == 0] == [*range(1, 11), 16, 32, 64]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,13 @@ RATE = 4.0  # of them a second: a person walks some 35 cm between two
 FEWEST = 3
 ROUNDED = 1.0  # seconds by which players round a video's length
 SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
+HDR = (16, 18)  # transfer functions PQ and HLG (ITU-T H.273)
+HEADER = 1 << 16  # bytes of a Matroska file in which it describes its streams
+TO_SDR = (
+    "is HDR, and its colours are taken as they are coded, flat. Hint: ffmpeg -i {path} -vf "
+    "zscale=t=linear:npl=100,format=gbrpf32le,zscale=p=bt709,tonemap=hable,"
+    "zscale=t=bt709:m=bt709:r=tv,format=yuv420p sdr.mp4"
+)
 SEAM = 2.0  # of a panorama: its ends differ by so much more than neighbouring columns, at most
 BLANK = 0.5  # grey levels between columns, below which nothing is said
 
@@ -147,6 +155,15 @@ def _opened(path: Path) -> cv2.VideoCapture:
         raise ValueError(f"{path}: not a readable video")
     film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
     return film
+
+
+def is_hdr(path: Path) -> bool:
+    """Return whether a video says that its light is coded as HLG or PQ, in MP4, MOV or MKV."""
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        at = max(content.rfind(b"colrnclx"), content.rfind(b"colrnclc"))
+        code = content[at + 11] if at >= 0 else 0
+        found = content.find(b"\x55\xba\x81", 0, HEADER)  # Matroska's name of the same number
+        return (code or (content[found + 3] if found >= 0 else 0)) in HDR
 
 
 def is_panorama(image: np.ndarray) -> bool:
