@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import shlex
 import shutil
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -17,26 +16,23 @@ import numpy as np
 from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.estimator import OWN, Estimator, checked
+from fsel.captures.colmap.estimator import OWN, Estimator, program
 from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
-from fsel.captures.images.files import VideoFrame
 from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement, positions
 from fsel.captures.poses.placement import doubts
 from fsel.captures.reporter import SILENT, Reporter
-from fsel.captures.sampling import Source, take
+from fsel.captures.sampling import Source, looked_at, take
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, threads
 from fsel.core.names import distinct
-from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
-LOOKED, APART = 5, 15  # images that say whether they show all directions; of a video, frames
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
@@ -188,17 +184,6 @@ def notes(found: dict | None) -> list[str]:
     return [f"{said}; lost: {times}", *unsure]
 
 
-def program(commands: tuple[str, ...], option: str) -> Estimator | None:
-    """The program that `--by` or `--mask-by` names, which must be here; None without commands."""
-    if not commands:
-        return None
-    try:
-        words = [shlex.split(line) for line in commands]
-    except ValueError as error:
-        raise ValueError(f"--{option} {' '.join(commands)}: {error}") from error
-    return checked({"by": words})
-
-
 def _masks(opening: Opening) -> Path | Estimator | None:
     """Return the folder of masks that features are kept to, or the program that makes them."""
     if opening.pose_masks is None:
@@ -250,7 +235,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
         raise ValueError(f"{paths[0]}: the same video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     photos = [() if video.is_video(path) else _photos(path, opening, reporter) for path in paths]
-    sources = [_looked_at(Source(*one)) for one in zip(paths, names, photos, strict=True)]
+    sources = [looked_at(Source(*one)) for one in zip(paths, names, photos, strict=True)]
     if len({source.panoramic for source in sources}) > 1:
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
     if sources[0].panoramic and opening.by:
@@ -265,19 +250,6 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     if films > 1 and sampling.spans != video.WHOLE:
         raise ValueError(f"{films} videos are given; --start and --end are of one")
     return sources, sampling
-
-
-def _looked_at(source: Source) -> Source:
-    """Return a source that says whether most of its images show all directions."""
-    width, height = image_files.size_of(source.first)
-    if width != 2 * height:
-        return source
-    few = [source.photos[i] for i in evenly(len(source.photos), LOOKED)]
-    if isinstance(source.first, VideoFrame):
-        frames = range(0, video.Sampling().part(source.path)[0] or 1, APART)[:LOOKED]
-        few = [replace(source.first, index=i) for i in frames]
-    joined = sum(video.is_panorama(image_files.load(image)) for image in few)
-    return replace(source, panoramic=2 * joined > len(few))
 
 
 def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, ...]:

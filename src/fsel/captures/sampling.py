@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import cv2
@@ -17,10 +17,12 @@ from fsel.captures.images import video
 from fsel.captures.images.files import Video, VideoFrame
 from fsel.captures.quality import duplicates
 from fsel.core.files import write_text
+from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 
 IMAGES, TAKEN = "images", "taken.json"
 DENSER = 3.0  # times as many frames a second, where some were not placed
+LOOKED, APART = 5, 15  # images that say whether they show all directions; of a video, frames
 THUMBNAIL = 96  # pixels of the longer side of images that are compared with their neighbours
 Say = Callable[[str, str], None]
 
@@ -47,6 +49,19 @@ class Source:
     def named(self, name: str) -> str:
         """Return the name of a frame in the capture."""
         return f"{self.name}/{name}" if self.name else name
+
+
+def looked_at(source: Source) -> Source:
+    """Return a source that says whether most of its images show all directions."""
+    width, height = image_files.size_of(source.first)
+    if width != 2 * height:
+        return source
+    few = [source.photos[i] for i in evenly(len(source.photos), LOOKED)]
+    if isinstance(source.first, VideoFrame):
+        frames = range(0, video.Sampling().part(source.path)[0] or 1, APART)[:LOOKED]
+        few = [replace(source.first, index=i) for i in frames]
+    joined = sum(video.is_panorama(image_files.load(image)) for image in few)
+    return replace(source, panoramic=2 * joined > len(few))
 
 
 @dataclass

@@ -121,7 +121,7 @@ def _add_poses(commands) -> None:
     masks = command.add_mutually_exclusive_group()
     text = "folder of masks named like the images: only what is white is matched"
     masks.add_argument("--masks", dest="pose_masks", metavar="DIR", help=text)
-    text = "program that makes them, such as '{python} {recipes}/people.py {folder}'; as --by"
+    text = "program that makes them, as one argument; see docs/cli.md"
     masks.add_argument("--mask-by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)

@@ -28,31 +28,25 @@ def panorama_of(capture: Capture) -> np.ndarray | None:
 
 
 def by_panorama(ranked: Ranked, number: np.ndarray, *, stepwise: bool) -> Ranked:
-    """Return what picks k panoramas, all views of each, the view that was picked for first.
+    """Return what picks k panoramas by their (N,) number, all views of each, the best one first.
 
-    Args:
-        ranked: picks single frames.
-        number: (N,) the panorama of each frame.
-        stepwise: whether it takes account of `Problem.fixed_picks`; then the next panorama is the
-            one with the best next view, else one view stands for each.
+    Where `ranked` takes account of frames picked before (`stepwise`), the next panorama is the one
+    with the best next view; else one view stands for each.
     """
 
-    def views(pool: np.ndarray, frame: int) -> np.ndarray:
-        alike = pool[number[pool] == number[frame]]
-        return np.concatenate([[frame], alike[alike != frame]])
-
     def picked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
-        pool, scores = problem.observed, np.empty(0)
+        pool, fixed = problem.observed, problem.fixed_picks
+        firsts = fixed[np.unique(number[fixed], return_index=True)[1]].tolist()
         if not stepwise:
-            _, first = np.unique(number[pool], return_index=True)
-            few = replace(problem, candidates=np.sort(pool[first]), proxies_free=False)
-            frames = np.concatenate([views(pool, frame) for frame in ranked(few, k)[0]])
-            return frames, np.full(len(frames), np.nan)
-        firsts = problem.fixed_picks[np.unique(number[problem.fixed_picks], return_index=True)[1]]
-        frames = np.concatenate([problem.fixed_picks[:0], *(views(pool, one) for one in firsts)])
-        while len(np.unique(number[frames])) < k:
-            found, scores = ranked(replace(problem, fixed_picks=frames), len(frames) + 1)
-            frames = np.concatenate([frames, views(pool, found[-1])])
-        return frames, np.concatenate([scores, np.full(len(frames) - len(scores), np.nan)])
+            one = np.sort(pool[np.unique(number[pool], return_index=True)[1]])
+            firsts = ranked(replace(problem, candidates=one, proxies_free=False), k)[0].tolist()
+        frames = fixed[:0]
+        for step in range(k):
+            if step == len(firsts):
+                found, _ = ranked(replace(problem, fixed_picks=frames), len(frames) + 1)
+                firsts.append(found[-1])
+            views = pool[number[pool] == number[firsts[step]]]
+            frames = np.concatenate([frames, [firsts[step]], views[views != firsts[step]]])
+        return frames, np.full(len(frames), np.nan)
 
     return picked

@@ -16,20 +16,23 @@ from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
 
 RIGHT = np.uint8(255) * np.tile(np.arange(160) >= 80, (120, 1))
+NAMES = [f"{i}.png" for i in range(3)]
 PROGRAM = """
-import sys, cv2, numpy as np
+import shutil
 from pathlib import Path
 for file in Path("images").iterdir():
-    mask = np.uint8(255) * np.tile(np.arange(160) >= 80, (120, 1))
-    cv2.imwrite(f"masks/{file.stem}.png", mask)
+    shutil.copy("../../masks/0.png", f"masks/{file.name}")
 """
 
 
 @pytest.fixture
-def photos(tmp_path):
+def photos(tmp_path, monkeypatch):
     noise = np.random.default_rng(0).integers(0, 255, (3, 15, 20, 3), np.uint8)
     large = [cv2.resize(image, (160, 120), interpolation=cv2.INTER_CUBIC) for image in noise]
-    image_files.write(np.stack(large), tmp_path / "photos", [f"{i}.jpg" for i in range(3)])
+    image_files.write(np.stack(large), tmp_path / "photos", NAMES)
+    image_files.write(np.stack([RIGHT] * 3), tmp_path / "masks", NAMES)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
     return tmp_path / "photos"
 
 
@@ -43,15 +46,12 @@ class Everywhere:
 @pytest.mark.parametrize("kind", ["folder", "program", "network"])
 def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch):
     monkeypatch.setattr(features, "network", lambda kind: Everywhere())
-    image_files.write(np.stack([RIGHT] * 3), tmp_path / "masks", [f"{i}.png" for i in range(3)])
-    masks = (
-        Estimator(by=(sys.executable, "-c", PROGRAM)) if kind == "program" else tmp_path / "masks"
-    )
     work = Work(tmp_path / "work", features="xfeat" if kind == "network" else "sift")
     work.folder.mkdir()
     raw, database = bare.read(photos), work.folder / sfm.DATABASE
     names = runs.linked(raw.images, work.folder / "images", ())
-    sfm._mask(raw, names, work.folder, masks)
+    program = Estimator(by=(sys.executable, "-c", PROGRAM))
+    sfm._mask(raw, names, work.folder, program if kind == "program" else tmp_path / "masks")
     runs.extract(database, work.folder / "images", names, work)
     with pycolmap.Database.open(str(database)) as stored:
         for image in stored.read_all_images():
@@ -60,21 +60,19 @@ def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch)
             assert found[:, 0].min() >= 79
 
 
-def test_masks_that_do_not_fit_are_refused(photos, tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
-    image_files.write(np.stack([RIGHT] * 2), tmp_path / "few", ["0.png", "1.png"])
-    image_files.write(
-        np.stack([RIGHT[::2]] * 3), tmp_path / "small", [f"{i}.png" for i in range(3)]
-    )
-    lines = {
-        "poses photos --masks gone -o out": "gone: no such folder of masks",
-        "poses photos --masks few -o out": "no mask of '2.jpg'",
-        "poses photos --masks small -o out": "0.png: the mask has 160x60 pixels, its image 160x120",
-        "poses photos --masks few --by true -o out": "not for --by",
-        "poses photos --mask-by false -o out": "masks by false",
-        "select few -k 2 --masks poses:few -o out": "--masks poses:DIR is for COLMAP's",
-    }
-    for line, said in lines.items():
-        assert run(*line.split()) == 1
-        assert said in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("poses photos --masks gone", "gone: no such folder of masks"),
+        ("poses photos --masks few", "no mask of '2.png'"),
+        ("poses photos --masks small", "0.png: the mask has 160x60 pixels, its image 160x120"),
+        ("poses photos --masks few --by true", "not for --by"),
+        ("poses photos --mask-by false", "masks by false"),
+        ("select few -k 2 --masks poses:few", "--masks poses:DIR is for COLMAP's"),
+    ],
+)
+def test_masks_that_do_not_fit_are_refused(line, said, photos, tmp_path, capsys):
+    image_files.write(np.stack([RIGHT] * 2), tmp_path / "few", NAMES[:2])
+    image_files.write(np.stack([RIGHT[::2]] * 3), tmp_path / "small", NAMES)
+    assert run(*line.split(), "-o", "out") == 1
+    assert said in capsys.readouterr().err

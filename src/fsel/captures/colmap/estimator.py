@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -108,3 +109,14 @@ def checked(poses: Mapping[str, Any], devices: bool = True) -> Estimator:
         said = "\n".join(map(str, lacking))
         raise MissingRequirement(f"poses by {estimator.name}: {said}") from lacking[0]
     return estimator
+
+
+def program(commands: tuple[str, ...], option: str) -> Estimator | None:
+    """The program that `--by` or `--mask-by` names, which must be here; None without commands."""
+    if not commands:
+        return None
+    try:
+        words = [shlex.split(line) for line in commands]
+    except ValueError as error:
+        raise ValueError(f"--{option} {' '.join(commands)}: {error}") from error
+    return checked({"by": words})

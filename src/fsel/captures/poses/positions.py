@@ -16,11 +16,11 @@ from fsel.captures.sampling import SampledFrames, Source, photo_name
 GPS = 0x8825  # EXIF's table of the position
 WITHIN = 10.0  # metres that a position may be off, beyond which it counts as wrong
 SURE = 4.0  # times the error that positions spread sideways, or they tell neither scale nor north
-TIME = re.compile(r"(\d+):(\d\d):(\d\d)[,.](\d{3})\s*-->")
-NUMBER = r"\w*\s*:\s*(-?\d+\.?\d*)"
-PLACE = [re.compile(rf"\[?\b{name}{NUMBER}") for name in ("lat", "lon", "(?:abs_alt|altitude)")]
+TIME = re.compile(r"(\d+):(\d\d):(\d\d),(\d{3})\s*-->")
+NAMES = ("lat", "lon", "(?:abs_alt|altitude)")
+PLACE = [re.compile(rf"\b{name}\w*\s*:\s*(-?\d+\.?\d*)") for name in NAMES]
 
-Position = tuple[float, float, float]
+Position = tuple[float, ...]
 """Degrees of latitude and longitude, metres of altitude."""
 
 
@@ -30,12 +30,11 @@ def of_photo(file: Path) -> Position | None:
         try:
             tags = photo.getexif().get_ifd(GPS)
             turns = [sum(float(part) / 60**i for i, part in enumerate(tags[key])) for key in (2, 4)]
-            below = tags.get(5) in (1, b"\x01")
-            south, west = (tags[key][0] in "SW" for key in (1, 3))
-            altitude = float(tags[6]) * (-1 if below else 1)
+            signs = [-1 if tags[key][0] in "SW" else 1 for key in (1, 3)]
+            altitude = float(tags[6]) * (-1 if tags.get(5) in (1, b"\x01") else 1)
         except Exception:  # of damaged EXIF all kinds
             return None
-    where = (turns[0] * (-1 if south else 1), turns[1] * (-1 if west else 1), altitude)
+    where = (turns[0] * signs[0], turns[1] * signs[1], altitude)
     return where if np.isfinite(where).all() and any(turns) else None
 
 
@@ -51,12 +50,10 @@ def of_video(path: Path) -> np.ndarray:
     text = file.read_text(encoding="utf-8", errors="replace") if file else ""
     for block in re.split(r"\n\s*\n", text.replace("\r", "")):
         time, place = TIME.search(block), [name.search(block) for name in PLACE]
-        if time is None or None in place:
-            continue
-        hours, minutes, seconds, thousandths = map(int, time.groups())
-        where = [float(found[1]) for found in place if found]
-        if where[0] or where[1]:  # zeros without a fix
-            rows.append([3600 * hours + 60 * minutes + seconds + thousandths / 1000, *where])
+        if time and all(place):
+            where = [float(found[1]) for found in place if found]
+            seconds = np.array(time.groups(), float) @ [3600, 60, 1, 0.001]
+            rows += [[seconds, *where]] if any(where[:2]) else []  # zeros without a fix
     return np.array(rows).reshape(-1, 4)
 
 
@@ -67,10 +64,10 @@ def stated(sources: Sequence[Source], taken: SampledFrames) -> dict[str, Positio
         for photo in source.photos:
             if where := of_photo(photo):
                 found[source.named(photo_name(photo))] = where
-        track = of_video(source.path) if source.filmed else np.empty((0, 4))
-        for shot in taken.shots.get(source.name, ()) if len(track) else ():
-            at = [np.interp(shot.seconds, track[:, 0], column) for column in track.T[1:]]
-            found[source.named(shot.name)] = (float(at[0]), float(at[1]), float(at[2]))
+        if source.filmed and len(track := of_video(source.path)):
+            for shot in taken.shots[source.name]:
+                at = (float(np.interp(shot.seconds, track[:, 0], part)) for part in track.T[1:])
+                found[source.named(shot.name)] = tuple(at)
     return found
 
 
@@ -85,7 +82,7 @@ def align(model: pycolmap.Reconstruction, known: dict[str, Position]) -> dict | 
     if len(images) < 3:
         return None
     places = np.array([known[image.name] for image in images])
-    origin = places.mean(axis=0)
+    origin = np.median(places, axis=0)
     metres = pycolmap.GPSTransform().ellipsoid_to_enu(places, *origin)
     centers = np.array([image.projection_center() for image in images])
     options = pycolmap.RANSACOptions(max_error=WITHIN, random_seed=SEED)
@@ -106,6 +103,5 @@ def in_words(gps: dict, frames: int) -> str:
     """Return a sentence on what `align` returned, of so many placed frames."""
     said = f"{gps['frames']} of {frames} placed frames have a position"
     if gps["used"]:
-        off = f"their cameras lie {gps['metres']:.2g} m off it (median)"
-        return f"{said}, {off}: the world is in metres, x east, y north, z up"
+        return f"{said}, {gps['metres']:.2g} m off on the median: metres, x east, y north, z up"
     return f"{said}, too inexact or too close together: the world's scale stays unknown"
