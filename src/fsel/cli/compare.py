@@ -25,7 +25,6 @@ from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
-from fsel.selection.cover import served
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
@@ -35,12 +34,6 @@ from fsel.selectors.policies import ScoringMethod
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
-SEEN = 3  # picks that serve a sparse point
-SERVED = ("served", "served_by_every_nth")  # keys of compare.json
-NOTE = (
-    f"served: share of the sparse points (seen by {SEEN} frames or more) that {SEEN} picks or more "
-    "see; n-th: the same under uniform sampling."
-)
 STARRED = "*: significant by the paired 95 % interval over held-out frames."
 COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
 ORDER = (
@@ -83,7 +76,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
             seen = counted(len(held_out), "held-out frame")
             console.say("object", f"in {seen}, compared only inside it")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-        problem, picks, blurred = _selected(args, console, opened, capture, methods, targets, focus)
+        picks, blurred = _selected(args, console, opened, capture, methods, targets, focus)
         drawn = evenly(len(held_out), max(FEWEST, PICTURES // len(picks)))
         renders: dict[tuple[int, ...], np.ndarray] = {}
 
@@ -97,7 +90,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         shown = {key: renders[subset_key(chosen[0])] for key, chosen in picks.items()}
         how = _how(args, capture, methods)
         compared = _compared(how, evaluator, blurred, drawn, picks, scores, shown)
-        content = _content(args, compared, capture, picks, served(problem, picks, SEEN))
+        content = _content(args, compared, capture, picks)
         table = _table(compared, content["rows"])
         pages = {"html": comparison(compared), "json": json_text(content), "txt": table}
         for ending, text in pages.items():
@@ -155,8 +148,8 @@ def _selected(
     methods: Sequence[Method],
     targets: Targets,
     focus: Focus | None,
-) -> tuple[Problem, Picks, np.ndarray]:
-    """Return the problem, the picks of every method, and the frames that are blurred."""
+) -> tuple[Picks, np.ndarray]:
+    """Return the picks of every method, and the frames that are blurred."""
     blurred = np.empty(0)
     with console.clock("selecting"):
         if not args.keep_bad:
@@ -168,7 +161,7 @@ def _selected(
         sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
         sharpness, descriptors = measured(methods, capture, sharpness_of)
         problem = request_problem(capture, targets, sharpness, focus, descriptors)
-        return problem, _picks(args, problem, methods), blurred
+        return _picks(args, problem, methods), blurred
 
 
 def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
@@ -230,18 +223,11 @@ def _compared(
     )
 
 
-def _content(
-    args: argparse.Namespace,
-    compared: Compared,
-    capture: Capture,
-    picks: Picks,
-    served: dict[Cell, tuple[float, float]],
-) -> dict:
+def _content(args: argparse.Namespace, compared: Compared, capture: Capture, picks: Picks) -> dict:
     """Return the content of compare.json, with a row of means for each k and method."""
     rows = []
     for (used, name), (k, *_) in compared.rows.items():
         means = dict(zip(compared.metrics, compared.means((k, name)), strict=True))
-        means |= dict(zip(SERVED, served.get((k, name), ()), strict=False))
         names = [[capture.names[i] for i in frames] for frames in picks[k, name]]
         rows.append({"k": used, "method": name, **means, "seeds": len(names), "picks": names})
     return {
@@ -261,16 +247,12 @@ def _content(
 def _table(compared: Compared, rows: list[dict]) -> str:
     """Return the metrics as text, a row for each method and k, and how far the first is ahead."""
     first, wide = compared.methods[0], max(map(len, compared.methods))
-    known = SERVED[0] in rows[0]
     ahead = "" if len(compared.methods) == 1 else f"  {first} ahead, dB"
-    head = f"{'k':>4}  {'method':{wide}}  {heading(compared.metrics)}"
-    lines = [f"{head}{'  served   n-th' if known else ''}{ahead}"]
+    lines = [f"{'k':>4}  {'method':{wide}}  {heading(compared.metrics)}{ahead}"]
     for row, (cell, budgets) in zip(rows, compared.rows.items(), strict=True):
-        shares = "".join(f"  {row[name]:6.1%}" for name in SERVED if known)
-        line = f"{cell[0]:4d}  {cell[1]:{wide}}  {columns(row, compared.metrics)}{shares}"
+        line = f"{cell[0]:4d}  {cell[1]:{wide}}  {columns(row, compared.metrics)}"
         gaps = [compared.ahead(k, cell[1]) for k in budgets if cell[1] != first]
         cells = [f"{gap.mean:+.2f}{'*' if gap.excludes_zero else ''}" for gap in gaps]
         lines.append(f"{line}  {' / '.join(cells)}".rstrip())
-    notes = [NOTE] if known else []
     starred = [STARRED] if any("*" in line for line in lines) else []
-    return "\n".join([*lines, *notes, *starred, compared.how, verdict(compared), ""])
+    return "\n".join([*lines, *starred, compared.how, verdict(compared), ""])

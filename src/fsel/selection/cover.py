@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +15,6 @@ from fsel.selection.budget import Auto
 
 if TYPE_CHECKING:
     from fsel.selectors.baselines.covisibility import Tracks
-
-Key = TypeVar("Key", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -68,27 +66,6 @@ def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> C
     found, frames = often(picks), len(problem.fixed_picks)
     even = often(problem.observed[evenly(len(problem.observed), len(picks))])
     return Cover(times, share, frames, points=sum(found), picks=found, even=even)
-
-
-def served(
-    problem: Problem, picks: Mapping[Key, Sequence[np.ndarray]], times: int
-) -> dict[Key, tuple[float, float]]:
-    """Return by key the mean share of points that selections see often enough, and that as many
-    frames evenly spaced do; nothing for a capture without points that so many frames see."""
-    try:
-        often = sighted(problem, times)
-    except ValueError:
-        return {}
-    pool = problem.observed
-
-    def share(selections: Sequence[np.ndarray]) -> float:
-        counts = np.array([often(frames) for frames in selections])
-        return round(float((counts[:, -1] / counts.sum(axis=1)).mean()), 5)
-
-    return {
-        key: (share(own), share([pool[evenly(len(pool), len(own[0]))]]))
-        for key, own in picks.items()
-    }
 
 
 def sighted(problem: Problem, times: int) -> Callable[[np.ndarray], tuple[int, ...]]:
