@@ -14,7 +14,7 @@ import numpy as np
 
 from fsel.captures.images.previews import check_pixels, thumbnails
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.opening import notes
+from fsel.captures.opening import notes, times
 from fsel.cli import unposed
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
@@ -202,6 +202,7 @@ def _shown(
         pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
         commands=commands(args, place),
         notes=notes(source.found),
+        times=times(source.found),
     )
 
 
@@ -224,10 +225,9 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
 def _say_outcome(console: Console, outcome: Outcome) -> None:
     """Print the number of frames, the validation scores, and the service of the picks."""
     selection = outcome.selection
+    console.say("result", record.summary(outcome))
     if selection.budget is not None:
         console.say("k", record.reason(selection.budget))
-    if selection.tried is not None:
-        console.say("tried", record.trials(selection.tried))
     if selection.cover is not None:
         console.say("cover", record.covered(selection.cover))
     name = outcome.method.name if selection.tried is None else selection.tried.kept

@@ -162,6 +162,8 @@ def _counts(gaps: Sequence[Interval]) -> str:
         where = "significantly" if gaps[0].excludes_zero else "not significantly"
         return f"{abs(gaps[0].mean):.2f} dB {side}, {where}"
     ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
+    if not ahead and not behind:
+        return "significantly ahead or behind in none"
     return f"significantly ahead in {ahead} and behind in {behind}"
 
 

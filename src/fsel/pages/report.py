@@ -15,10 +15,12 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import SHOWN, Card, ReportContent, adds, cards_of, frames_shown, scene_data
-from fsel.selection.export.record import covered, reason, trials
+from fsel.selection.export.record import covered, reason, summary, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
+from fsel.selection.validation import STATED, WHOLE, ValidationResult
 
+TICKS = 6  # times below the timeline of a video
 CELL = 84  # pixels of a frame's place on the page, were it square
 NOTE = "A point is seen well by two picks, which fix its depth; the scene is what the picks see."
 
@@ -55,16 +57,17 @@ def page(shown: ReportContent) -> str:
         f"{counted(len(outcome.targets.views), 'view')}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
-    sentences += [] if selection.tried is None else [f"Validated {trials(selection.tried)}."]
     sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
-    sentences += shown.notes
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
     body = [
         f"<h1>{heading}</h1>",
+        f'<p class="lead">{escape(summary(outcome))}</p>',
         *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
+        *(f'<p class="warning">{escape(note)}.</p>' for note in shown.notes),
+        *_tried(selection.tried),
         '<div class="stage"><div>',
         *_world(outcome, shown.commands.viewing),
-        *_over_time(outcome, frames_shown(outcome), shown.pictures),
+        *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
         WISHES,
         *_charts(outcome),
@@ -86,6 +89,16 @@ def with_view(text: str, view: str) -> str:
     return f"{before}{WORLD}{view}{FLYING}{END}{after}"
 
 
+def _tried(tried: ValidationResult | None) -> list[str]:
+    """Return what was tried and the rule that decided, to be unfolded."""
+    if tried is None:
+        return []
+    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "even spacing")
+    sure = " beyond chance, by two reconstructors that agree" if rule.sure else ""
+    said = f"{trials(tried)}. A selection replaces {first} if it is {rule.margin} dB ahead{sure}."
+    return ["<details><summary>What was tried</summary>", f"<p>{escape(said)}</p></details>"]
+
+
 def _world(outcome: Outcome, viewing: str) -> list[str]:
     far = int(outcome.targets.far.sum())
     note = f" {counted(far, 'target')} too far away to draw." if far else ""
@@ -105,7 +118,9 @@ def _world(outcome: Outcome, viewing: str) -> list[str]:
     ]
 
 
-def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, bytes]) -> list[str]:
+def _over_time(
+    outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, bytes], times: Mapping[str, float]
+) -> list[str]:
     """Draw the timeline of (n,) frames; their JPEGs, where there are any, tell the exposure."""
     rows = {"speed of the camera (degrees a frame)": speeds(outcome)[frames]}
     if outcome.sharpness is not None:
@@ -120,9 +135,12 @@ def _over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, byte
         f"{np.nanmax(values, initial=0):.3g}</span>"
         for at, (name, values) in enumerate(rows.items())
     )
+    names = [outcome.capture.names[frames[at]] for at in evenly(len(frames), TICKS)]
+    seconds = "".join(f"<span>{times[name]:.1f} s</span>" for name in names if name in times)
     return [
         "<h2>Over time</h2>",
-        f'<figure><div class="lanes">{timeline(rows, marks)}{labels}</div><figcaption>Frames in '
+        f'<figure><div class="lanes">{timeline(rows, marks)}{labels}</div>'
+        f'<div class="times">{seconds}</div><figcaption>Frames in '
         "the order of their names; picks in orange, held-out frames in blue, bad ones in dashed "
         "red. Click to see a frame.</figcaption></figure>",
     ]
@@ -160,7 +178,8 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
         "<h2>Every frame</h2>",
         choices("filter", "Show", options),
         "<p><small>Click a frame, or go from one to the next with <kbd>←</kbd> and <kbd>→</kbd>; "
-        "<kbd>k</kbd> keeps it, <kbd>d</kbd> drops it.</small></p>",
+        "<kbd>k</kbd> keeps it, <kbd>d</kbd> drops it. Picks are orange, numbered in their order; "
+        "held-out frames blue; bad ones red; ! marks a fault.</small></p>",
         f'<div class="frames" style="--wide:{wide:.0f}px;--high:{high:.0f}px">',
     ]
     for card in cards:

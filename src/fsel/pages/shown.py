@@ -39,7 +39,8 @@ class ReportContent:
     left: Sequence[dict]
     pictures: Mapping[int, bytes]  # frame -> JPEG; none where no image was opened
     commands: Commands
-    notes: Sequence[str]  # further sentences about the capture
+    notes: Sequence[str]  # warnings about the capture
+    times: Mapping[str, float]  # seconds of frames of a video, by name
 
 
 class Card(NamedTuple):

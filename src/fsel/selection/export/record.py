@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections import Counter
 from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
@@ -20,8 +21,9 @@ from fsel.selection.cover import Cover
 from fsel.selection.export.subset import Form
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
-from fsel.selection.validation import ValidationResult
+from fsel.selection.validation import LEAST_TARGETS, ValidationResult
 from fsel.selectors.policies import ScoringMethod
+from fsel.selectors.pretrained import DEFAULT
 from fsel.selectors.scorer import Linear
 
 RECORD = "selection.json"
@@ -172,6 +174,31 @@ def reason(budget: Budget) -> str:
         f"{budget.frames} frames: the last is predicted to gain {budget.gain:.3f} dB, further ones "
         f"less than {budget.rule.threshold:g} dB each"
     )
+
+
+def summary(outcome: Outcome) -> str:
+    """Return what was selected and why, in one sentence."""
+    selection, tried, targets = outcome.selection, outcome.selection.tried, outcome.targets
+    said = f"{counted(len(selection), 'frame')} by {outcome.method.name}"
+    if tried is not None:
+        first, *others = tried.trials
+        kept = next(trial for trial in tried.trials if trial.name == tried.kept)
+        usual = outcome.method.name if tried.on_targets else "even spacing"
+        if kept is not first:
+            shown = "these views" if tried.on_targets else "the capture's own frames"
+            said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
+        elif np.isfinite([trial.gain for trial in others]).any():
+            said = f"{usual} is as good here as what else was tried"
+        else:
+            said = f"{usual} is kept: too few frames are left to compare it on"
+    elif len(targets.frames) >= LEAST_TARGETS and outcome.method.name == DEFAULT:
+        said += " alone, which loses on some captures (--patience 10s tries others on these views)"
+    bad = () if outcome.health is None else outcome.health.findings
+    worst = {f.frame: f.kind for f in bad if f.kind != DUPLICATE and f.frame in targets.bad}
+    kinds = Counter(worst.values())
+    gone = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    said += f"; {gone} {'frame was' if len(worst) == 1 else 'frames were'} left out" if gone else ""
+    return f"{said[0].upper()}{said[1:]}."
 
 
 def trials(tried: ValidationResult) -> str:
