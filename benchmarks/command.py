@@ -21,7 +21,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.model import build_model, write_model
 
 FRAMES, SIZE, POINTS, K, REPEATS = 300, (1920, 1080), 20_000, 30, 5
 BOUNDS = {"--geometry-only": 1.0, "--patience 0": 2.0}  # seconds in all, by options
@@ -30,36 +32,26 @@ BOUNDS = {"--geometry-only": 1.0, "--patience 0": 2.0}  # seconds in all, by opt
 def write_capture(folder: Path) -> None:
     """An orbit with textured images; a point is seen by a tenth of the frames."""
     rng = np.random.default_rng(0)
-    model = pycolmap.Reconstruction()
-    width, height = SIZE
-    camera = pycolmap.Camera(
-        camera_id=1, model="PINHOLE", width=width, height=height, params=[1500, 1500, 960, 540]
+    xyz, start = rng.normal(size=(POINTS, 3)), rng.integers(0, FRAMES, POINTS)
+    seen = [np.flatnonzero((i - start) % FRAMES < FRAMES // 10) for i in range(FRAMES)]
+    turns = [cv2.Rodrigues(np.array([0, 2 * np.pi * i / FRAMES, 0]))[0] for i in range(FRAMES)]
+    names = [f"{i:04d}.jpg" for i in range(FRAMES)]
+    camera = Camera("PINHOLE", *SIZE, (1500, 1500, 960, 540))
+    model = build_model(
+        names,
+        [camera.colmap for _ in names],
+        np.array([np.column_stack([turn, [0, 0, 4.0]]) for turn in turns]),
+        xyz,
+        np.zeros((POINTS, 3), np.uint8),
+        seen,
+        [rng.uniform(0, 1000, (len(points), 2)) for points in seen],
     )
-    model.add_camera_with_trivial_rig(camera)
-    xyz = rng.normal(size=(POINTS, 3))
-    start = rng.integers(0, FRAMES, POINTS)
-    tracks = [pycolmap.Track() for _ in xyz]
-    (folder / "images").mkdir(parents=True)
+    write_model(model, folder / "sparse" / "0")
+    (folder / "images").mkdir()
     texture = cv2.resize(rng.integers(0, 255, (270, 480, 3), dtype=np.uint8), SIZE)
-    for i, turn in enumerate(2 * np.pi * np.arange(FRAMES) / FRAMES):
-        rotation = cv2.Rodrigues(np.array([0, turn, 0]))[0]
-        seen = np.flatnonzero((i - start) % FRAMES < FRAMES // 10)
-        image = pycolmap.Image(
-            image_id=i + 1,
-            name=f"{i:04d}.jpg",
-            camera_id=1,
-            keypoints=rng.uniform(0, 1000, (len(seen), 2)),
-        )
-        pose = pycolmap.Rigid3d(pycolmap.Rotation3d(rotation), np.array([0, 0, 4.0]))
-        model.add_image_with_trivial_frame(image, pose)
-        for at, point in enumerate(seen):
-            tracks[point].add_element(i + 1, at)
+    for i, name in enumerate(names):
         shot = np.roll(texture, 13 * i, axis=1)
-        cv2.imwrite(str(folder / "images" / image.name), shot, [cv2.IMWRITE_JPEG_QUALITY, 90])
-    for point, track in zip(xyz, tracks, strict=True):
-        model.add_point3D(point, track, np.zeros(3, np.uint8))
-    (folder / "sparse" / "0").mkdir(parents=True)
-    model.write_binary(str(folder / "sparse" / "0"))
+        cv2.imwrite(str(folder / "images" / name), shot, [cv2.IMWRITE_JPEG_QUALITY, 90])
 
 
 def timed(capture: Path, out: Path, *options: str) -> dict[str, float]:

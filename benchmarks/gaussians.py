@@ -2,13 +2,11 @@
 
     OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python benchmarks/gaussians.py speed
     ... python benchmarks/gaussians.py speed --only good --steps 150
-    ... python benchmarks/gaussians.py quality [FOLDER...] --frames 10 30 all
     ... python benchmarks/gaussians.py presets [FOLDER...] --only draft good
 
 `speed`: milliseconds of a step by stage, from 128x96 up and for several budgets, or at a preset's
-size. `quality`: PSNR on training and held-out frames, beside `splats`. `presets`: what each
-`--quality` takes and brings. On generated scenes, or on captures from disk. Seconds are the
-processor's.
+size. `presets`: what each `--quality` takes and brings, on a generated scene, or on captures from
+disk. Seconds are the processor's.
 """
 
 from __future__ import annotations
@@ -34,7 +32,6 @@ from fsel.reconstruct.gaussians import (
     tiles,
 )
 from fsel.reconstruct.gaussians.settings import QUALITIES
-from fsel.reconstruct.splats import Splats
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES, FEW = 160, 60  # few of large images, which take long to generate
@@ -55,12 +52,10 @@ STAGES = (
 )
 
 
-def split(capture: Capture, count: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """`count` evenly spaced frames (None: all) and every twelfth frame, which is held out."""
+def split(capture: Capture, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """`count` evenly spaced frames and every twelfth frame, which is held out."""
     held_out = np.arange(3, len(capture), 12)
     rest = np.setdiff1d(np.arange(len(capture)), held_out)
-    if count is None:
-        return rest, held_out
     return rest[np.linspace(0, len(rest) - 1, count).astype(int)], held_out
 
 
@@ -122,7 +117,7 @@ def stepped(bound: Gaussians, frames: np.ndarray) -> tuple[float, int]:
     return (*marks, model.peak_bytes) if (model := bound.fit(frames, stop=mark)) else (0.0, 0)
 
 
-def report(capture: Capture, count: int | None, name: str, bound) -> None:
+def report(capture: Capture, count: int, name: str, bound: Gaussians) -> None:
     """Fit, and print scores on training and held-out frames."""
     frames, held_out = split(capture, count)
     start = time.process_time()
@@ -138,17 +133,6 @@ def report(capture: Capture, count: int | None, name: str, bound) -> None:
     )
 
 
-def quality(arguments: argparse.Namespace) -> None:
-    """Print scores of scenes, beside `splats`."""
-    captures = [fsel.read_capture(f, long_side=arguments.long_side) for f in arguments.folders]
-    made = (generated(family, seed) for seed in arguments.seeds for family in FAMILIES)
-    settings = {"steps": arguments.steps, "gaussians": arguments.gaussians}
-    for capture in captures or made:
-        for count in arguments.frames:
-            report(capture, count, "splats", Splats(capture))
-            report(capture, count, "gaussians", Gaussians(capture, **settings))
-
-
 def presets(arguments: argparse.Namespace) -> None:
     """Print scores of every quality with thirty frames."""
     for name, one in QUALITIES.items():
@@ -162,16 +146,10 @@ def presets(arguments: argparse.Namespace) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("what", choices=("speed", "quality", "presets"))
+    parser.add_argument("what", choices=("speed", "presets"))
     parser.add_argument("folders", nargs="*", help="captures on disk")
     parser.add_argument("--steps", type=int, default=2000)
-    parser.add_argument("--gaussians", type=int, default=20_000)
-    parser.add_argument("--long-side", type=int, default=256, help="pixels, of captures on disk")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     parser.add_argument("--only", nargs="+", help="names of presets")
-    parser.add_argument(
-        "--frames", type=lambda k: None if k == "all" else int(k), nargs="+", default=[30]
-    )
     arguments = parser.parse_args()
     globals()[arguments.what](arguments)
 

@@ -3,8 +3,8 @@
 A capture of 250 embedded frames is laid out again and again side by side, with its images and its
 sparse points, until it has the frames asked for; the raw one that `ingest` reads is images of
 640x480, links to a few files. Every stage, and every method of `select`, runs in a process of its
-own. Prints a table of seconds of the processor and of peak memory, each with its exponent of growth
-from the second size to the last; writes the numbers as JSON. The bounds are 1.5 GB and two minutes.
+own. Prints a table of seconds of the processor and of peak memory; writes the numbers as JSON. The
+bounds are 1.5 GB and two minutes.
 
     OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json
     OMP_NUM_THREADS=1 python benchmarks/scale.py paper.json --frames 2000 --stored 256 --side 128
@@ -217,28 +217,14 @@ def run(work: Callable[[], None]) -> None:
     print(json.dumps({"seconds": seconds, "peak_mb": peak}))
 
 
-def exponent(counts: list[int], values: list[float]) -> float:
-    """Of growth to the last size, from the second or, of two, from the first."""
-    start = min(1, len(counts) - 2)
-    return float(np.log(values[-1] / values[start]) / np.log(counts[-1] / counts[start]))
-
-
 def table(by_stage: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
     """Rows of stages in Markdown."""
     head = [f"{count:,}" for count in counts]
-    lines = ["| stage | " + " | ".join(head) + " | exponents |", "|---" * (len(head) + 2) + "|"]
+    lines = ["| stage | " + " | ".join(head) + " |", "|---" * (len(head) + 1) + "|"]
     for name, by_count in by_stage.items():
         measured = [by_count.get(count, {}) for count in counts]
-        cells = [
-            f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "failed" for m in measured
-        ]
-        grown = ""
-        if all(measured) and len(counts) > 1:
-            grown = ", ".join(
-                f"{exponent(counts, [max(m[key], least) for m in measured]):.2f}"
-                for key, least in (("seconds", 0.01), ("peak_mb", 1))
-            )
-        lines.append(f"| `{name}` | " + " | ".join([*cells, grown]) + " |")
+        cells = [f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "" for m in measured]
+        lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -246,7 +232,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("--frames", type=int, nargs="+", default=list(FRAMES))
-    parser.add_argument("--only", nargs="+", default=[], help="stages, and what they need")
     parser.add_argument("--stored", type=int, default=STORED, help="pixels of stored images")
     parser.add_argument("--side", type=int, default=SIDE, help="pixels of reconstructions")
     parser.add_argument("--stage", help=argparse.SUPPRESS)
@@ -255,7 +240,6 @@ def main() -> None:
         run(stages(options.out, options.stored, options.side)[options.stage])
         return
     sides = ["--stored", str(options.stored), "--side", str(options.side)]
-    needed = {"describe", "split", *options.only}
     by_stage: dict[str, dict[int, dict[str, float]]] = {}
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
@@ -263,12 +247,10 @@ def main() -> None:
         for count in options.frames:
             folder = home / str(count)
             store(base, count, folder)
-            if not options.only or "ingest" in options.only:
-                write_raw(home / f"{count}-raw", -(-count // PASSED))
+            write_raw(home / f"{count}-raw", -(-count // PASSED))
             for stage in stages(folder, options.stored, options.side):
-                if not options.only or stage in needed:
-                    by_stage.setdefault(stage, {})[count] = alone(folder, stage, sides)
-                    print(count, stage, by_stage[stage][count], file=sys.stderr, flush=True)
+                by_stage.setdefault(stage, {})[count] = alone(folder, stage, sides)
+                print(count, stage, by_stage[stage][count], file=sys.stderr, flush=True)
             options.out.write_text(json.dumps({"stages": by_stage}, indent=1))
     print(table(by_stage, options.frames))
 

@@ -42,6 +42,7 @@ def build(
     The model is kept that agrees with more of the verified matches; a frame that it did not place
     agrees with none. The incremental mapper goes on with the model in `start`.
     """
+    folder = folder.absolute()  # the process works there
     for by in (GLOBAL, INCREMENTAL):
         shutil.rmtree(folder / by, ignore_errors=True)
         (folder / by).mkdir()
@@ -67,13 +68,14 @@ def build(
             next_image_callback=lambda: next(placed),
         )
         process.wait()
-    pairs, best = verified_pairs(database), list[tuple[int, str, pycolmap.Reconstruction]]()
     wide = [pycolmap.Reconstruction(str(path)) for path in sorted((folder / GLOBAL).iterdir())]
-    for by, built in ((GLOBAL, wide), (INCREMENTAL, models.values())):
-        rated = [(agreeing(model, pairs), by, model) for model in built]
-        best += sorted(rated, key=lambda one: -one[0])[:1]
-    best.sort(key=lambda one: -one[0])
-    return Mapped(best[0][2], best[0][1], *(model for *_, model in best[1:])) if best else None
+    pairs, built = verified_pairs(database), {GLOBAL: wide, INCREMENTAL: models.values()}
+    rated = [(agreeing(model, pairs), by, model) for by, made in built.items() for model in made]
+    rated.sort(key=lambda one: -one[0])
+    if not rated:
+        return None
+    _, kept, best = rated[0]
+    return Mapped(best, kept, next((model for _, by, model in rated if by != kept), None))
 
 
 def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> int:
@@ -97,12 +99,8 @@ def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> i
 
 
 def separate(database: Path, names: Sequence[str], breaks: Sequence[int]) -> None:
-    """Remove the matches of images on both sides of a break of the path, but those of neighbours.
-
-    Args:
-        names: of images in the order in which they were filmed.
-        breaks: rows of the images before which the path breaks.
-    """
+    """Remove the matches of images, named in order, on both sides of a row before which the path
+    breaks, but those of neighbours."""
     rows = {name: row for row, name in enumerate(names)}
     stretch = np.searchsorted(breaks, np.arange(len(names)), side="right")
     verified = verified_pairs(database)

@@ -133,8 +133,10 @@ def place(raw: RawCapture, work: Work, start: pycolmap.Reconstruction | None = N
             said = f"{work.who} placed {placed} of {len(names)} frames"
             said += f"; at least {MIN_PLACED} are needed"
             raise NotPlaced(raw.images[0], said, "" if work.by else cause(folder / DATABASE))
-        rows = matched(names, [image.name for image in found.model.images.values()])
-        for image in found.model.images.values():
+        both = [model for model in (found.model, found.other) if model is not None]
+        images = [image for model in both for image in model.images.values()]
+        rows = matched(names, [image.name for image in images])
+        for image in images:
             if image.name not in rows:
                 raise ValueError(f"{work.who} placed {image.name!r}, none of {names[:3]} ...")
             image.name = raw.names[rows[image.name]]

@@ -16,7 +16,8 @@ FAR = 3.0  # typical steps that a frame lies off the path of those beside it, at
 TURNED = np.radians(5)  # that it is turned off their directions, at most
 SMOOTH = 0.95  # share of the frames that lie within a part of both, on a path
 PART = (0.5 / FAR, 0.5)
-AWAY, USUAL = 60.0, 8.0  # degrees of a jump, and times the usual turn a second, at least
+AWAY, FAST = 60.0, 60.0  # degrees of a jump, and degrees a second, at least
+USUAL = 8.0  # times the median degrees a second, likewise
 
 
 def reprojection(
@@ -93,7 +94,8 @@ def turned_away(world_to_camera: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     if len(seconds) >= LEAST_PATH:
         degrees = np.degrees(viewing_angles(axes[1:], axes[:-1]))
         pace = degrees / np.diff(seconds)
-        found[1:] = np.where((degrees > AWAY) & (pace > USUAL * np.median(pace)), degrees, 0)
+        least = max(FAST, USUAL * float(np.median(pace)))
+        found[1:] = np.where((degrees > AWAY) & (pace > least), degrees, 0)
     return found
 
 
