@@ -14,7 +14,6 @@ import numpy as np
 from fsel.captures.lazy import LONG_SIDE, LazyCapture
 from fsel.captures.opening import Opening
 from fsel.captures.opening import opened as open_source
-from fsel.captures.poses.panoramas import VIEWS
 from fsel.cli.console import Console
 from fsel.cli.options import OPENING
 from fsel.core.capture import Capture
@@ -29,14 +28,11 @@ def opening_of(args: argparse.Namespace) -> Opening:
     k = getattr(args, "k", None)
     numbers = [n for n in (k if isinstance(k, list) else [k]) if isinstance(n, int)]
     stated: dict[str, Any] = {n: getattr(args, n, usual) for n, usual in OPENING.items()}
-    wanted = max(numbers, default=0)
-    if getattr(args, "views", False):
-        wanted = -(-wanted // len(VIEWS))
     return Opening(
         paths=(args.capture, *args.beside),
         by=tuple(args.by or ()),
         mask_by=tuple(args.mask_by or ()),
-        wanted=wanted,
+        wanted=0 if getattr(args, "views", False) else max(numbers, default=0),
         **stated,
     )
 

@@ -122,7 +122,7 @@ def select(
         views=views,
     )
     vet(request)  # poses that are to be found take minutes
-    opened = captured(capture, k if isinstance(k, int) else 0)
+    opened = captured(capture, k if isinstance(k, int) and not views else 0)
     return select_frames(checked_request(replace(request, source=opened))).selection
 
 

@@ -33,7 +33,7 @@ def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
 def explained(path: Path) -> str:
     """Return what to do with a path that holds no capture, as the end of a refusal."""
     if path.suffix.lower() in DUAL:
-        return "; it is of a 360-degree camera. Hint: export flat views as .mp4 in its own program"
+        return "; it is of a 360-degree camera. Hint: export a 2:1 .mp4 in its own program"
     if not path.is_dir():
         return ""
     if not any(path.iterdir()):
