@@ -166,11 +166,6 @@ def unposed(opening: Opening, folder: Path, reporter: Reporter = SILENT) -> Lazy
     return LazyCapture("images", raw, ingest(raw, source, LONG_SIDE, lazy=True))
 
 
-def times(found: dict | None) -> dict[str, float]:
-    """Return the seconds at which frames of a video were filmed, by name."""
-    return {shot["name"]: shot["seconds"] for shot in (found or {"video": ()})["video"]}
-
-
 def notes(found: dict | None) -> list[str]:
     """Frames that were not placed, the longest times that none shows, and doubts, in words."""
     if not found:

@@ -14,7 +14,7 @@ import numpy as np
 
 from fsel.captures.images.previews import check_pixels, thumbnails
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.opening import notes, times
+from fsel.captures.opening import notes
 from fsel.cli import unposed
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
@@ -202,7 +202,7 @@ def _shown(
         pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
         commands=commands(args, place),
         notes=notes(source.found),
-        times=times(source.found),
+        times={shot["name"]: shot["seconds"] for shot in (source.found or {}).get("video", ())},
     )
 
 
