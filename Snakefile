@@ -14,13 +14,6 @@ from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
 
 prepare(Path(workflow.basedir, "src"), verbose=workflow.is_main_process)
-# the settings are not there where the rules are only read
-if workflow.deployment_settings and (
-    DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
-):
-
-    # only here: Snakemake takes no path with a space for an image
-    container: str(Path(workflow.basedir, "workflow", "envs", "fsel.sif"))
 
 
 pathvars:
@@ -46,6 +39,16 @@ paper = Paper(experiment, asks=workflow.is_main_process)
 if workflow.is_main_process:
     paper.check(workflow.configfiles)
 experiment.check()
+image = config["container"] or str(
+    Path(workflow.basedir, "workflow", "envs", "fsel.sif")
+)
+# the settings are not there where the rules are only read
+if workflow.deployment_settings and (
+    DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
+):
+
+    # only here: Snakemake takes no path with a space for an image
+    container: image
 
 
 report: "workflow/report/workflow.rst"

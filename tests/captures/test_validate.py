@@ -51,6 +51,10 @@ def smaller(folder):
     cv2.imwrite(str(folder / "images" / "frame_005.jpg"), np.zeros((24, 32, 3), np.uint8))
 
 
+def thin(folder):
+    cv2.imwrite(str(folder / "images" / "frame_005.jpg"), np.zeros((1, 64, 3), np.uint8))
+
+
 def without_pixels(model):
     model.cameras[1].height = 0
 
@@ -73,6 +77,7 @@ CASES = {  # what is done to the model, and then to the folder
         "a/frame_000.jpg: image file is missing (2",
     ),
     "a smaller photo": (nothing, smaller, "frame_005.jpg: (32, 24) pixels"),
+    "a line of pixels": (nothing, thin, "frame_005.jpg: an image of 64x1 pixels"),
     "a pipe": (nothing, piped, "points3D.bin: not a regular file"),
 }
 

@@ -201,6 +201,7 @@ def _allowed(key: str, value: str, allowed: tuple[str, ...]) -> None:
         raise ValueError(f"{key} is {value!r}; allowed: {', '.join(allowed)}")
 
 
+LEAST_SIDE = 11  # pixels: the window in which SSIM compares images
 SAMPLE = 300  # frames whose points are read: a long capture has millions
 
 
@@ -271,6 +272,11 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     sizes = in_turn(lambda at: image_files.size_of(files[at][0]), [file for file, _ in files])
     first = frame = common_frame(raw.cameras, long_side)
     for (file, camera), size in zip(files, sizes, strict=True):
+        if min(size) < LEAST_SIDE:
+            raise ValueError(
+                f"{file}: an image of {size[0]}x{size[1]} pixels; both sides need {LEAST_SIDE} or "
+                "more. Hint: leave it out of the capture"
+            )
         try:
             brought = working_size(camera, size, long_side)
         except ValueError as error:
