@@ -129,17 +129,12 @@ def test_frames_that_a_scene_needs():
 
 
 @pytest.mark.parametrize(
-    ("each", "levels"),
-    [
-        (None, [[25, 40, 60]] * 4),
-        (1, [[25], [40], [60], [25]]),
-        (2, [[25, 40], [25, 60], [40, 60], [25, 40]]),
-        (9, [[25, 40, 60]] * 4),
-    ],
+    ("turns", "levels"),
+    [([], [[25, 40, 60]] * 4), ([100], [[100]] * 4), ([60, 60, 25], [[60], [60], [25], [60]])],
 )
-def test_scenes_take_turns_at_coverage_levels(each, levels):
+def test_scenes_take_turns_at_coverage_levels(turns, levels):
     datasets = {"dl3dv": SMOKE["datasets"]["dl3dv"] | {"scenes": {"train": 3, "validation": 1}}}
     datasets["seven_scenes"] = SMOKE["datasets"]["seven_scenes"]
-    made = experiment(datasets=datasets, coverages=[25, 40, 60], coverages_per_scene=each)
+    made = experiment(datasets=datasets, coverages=[60, 25, 40], coverage_turns=turns)
     scenes = ["train00", "train01", "train02", "validation00"]
     assert made.coverages == dict(zip(scenes, levels, strict=True))

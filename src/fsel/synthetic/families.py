@@ -14,6 +14,7 @@ from fsel.synthetic.rooms import living_room, pedestal, room, shell
 from fsel.synthetic.solids import Scene
 from fsel.synthetic.trajectories import Habits, Shot, plan
 
+OUTWARD = 0.5  # share of a family's rooms that are filmed towards their walls
 TABLE = 0.72  # metres from the ground to where a single object stands
 
 
@@ -92,7 +93,9 @@ def _mipnerf(rng, frames: int) -> Shot:
 
 
 def _iphone(rng, frames: int) -> Shot:
-    path = trajectories.ring_walk(rng, 1.9, 1.5, 1.45, rng.uniform(1.2, 1.8))
+    outward = rng.random() < OUTWARD
+    loops = rng.uniform(1.2, 1.8)
+    path = trajectories.ring_walk(rng, 1.9, 1.5, 1.45, loops, outward=outward)
     habits = Habits(
         lingers=4, blurs=9, strength=0.09, drift=0.35, noise=0.012, shutter=0.12, lost=2
     )
@@ -101,7 +104,9 @@ def _iphone(rng, frames: int) -> Shot:
 
 def _scannetpp(rng, frames: int) -> Shot:
     """Stills, further apart than frames of a video; each overlaps the next."""
-    path = trajectories.ring_walk(rng, 2.0, 1.6, 1.5, rng.uniform(2.6, 3.2))
+    outward = rng.random() < OUTWARD
+    loops = rng.uniform(2.6, 3.2)
+    path = trajectories.ring_walk(rng, 2.0, 1.6, 1.5, loops, outward=outward)
     habits = Habits(
         lingers=1, blurs=3, strength=0.08, drift=0.05, noise=0.003, shutter=0.01, flag_blur=True
     )

@@ -65,17 +65,26 @@ def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01)
 
 
 def ring_walk(
-    rng, half_width: float, half_depth: float, height: float, loops: float, gaze=(0.6, 1.3)
+    rng,
+    half_width: float,
+    half_depth: float,
+    height: float,
+    loops: float,
+    gaze=(0.6, 1.3),
+    outward: bool = False,
 ) -> Path:
-    """Make a walk around a room's middle, looking across it at heights within `gaze`, metres."""
+    """Make a walk around a room's middle, looking across it at heights within `gaze`, metres.
+
+    With `outward`, it looks at the walls that are near instead.
+    """
     turns = int(9 * loops) + 3
     start = rng.uniform(0, 2 * np.pi)
     angle = start + rng.choice([-1, 1]) * np.linspace(0, 2 * np.pi * loops, turns)
     scale = 1 + rng.normal(0, 0.05, turns)
     x, y = half_width * scale * np.cos(angle), half_depth * scale * np.sin(angle)
     positions = np.stack([x, y, height + rng.normal(0, 0.12, turns)], axis=1)
-    side = angle + np.pi + rng.uniform(-0.9, 0.9, turns)
-    reach = rng.uniform(0.1, 1.3, turns)
+    side = angle + np.pi * (not outward) + rng.uniform(-0.9, 0.9, turns)
+    reach = rng.uniform(1.5, 2.0, turns) if outward else rng.uniform(0.1, 1.3, turns)
     x, y = half_width * reach * np.cos(side), half_depth * reach * np.sin(side)
     looks = np.stack([x, y, rng.uniform(*gaze, turns)], axis=1)
     return spline_path(rng, positions, looks, 0.008)

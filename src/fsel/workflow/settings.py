@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import cycle, islice, product
+from itertools import cycle, product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
@@ -132,11 +132,9 @@ class Settings:
 
     @cached_property
     def coverages(self) -> dict[str, list[int]]:
-        """Labelled scene -> its coverage levels: all, or so many in turn from scene to scene."""
-        levels = self.config["coverages"]
-        each = min(self.config["coverages_per_scene"] or len(levels), len(levels))
-        turns = cycle(levels)
-        return {scene: sorted(islice(turns, each)) for scene in self.labelled}
+        """Labelled scene -> its coverage levels: all, or one, in turn from scene to scene."""
+        one = [[level] for level in self.config["coverage_turns"]]
+        return dict(zip(self.labelled, cycle(one or [sorted(self.config["coverages"])])))
 
     @property
     def budget_scenes(self) -> list[str]:
