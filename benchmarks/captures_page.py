@@ -67,8 +67,8 @@ def page(asked: argparse.Namespace) -> None:
 
 def _each(table: pd.DataFrame) -> pd.DataFrame:
     """Differences from evenly spaced frames, one row a budget and capture, over its hold-outs."""
-    cells = table.pivot_table(index=CELL, columns="method", values=["psnr", "ssim"], dropna=False)
-    there = table.pivot_table(index=CELL, columns="method", values="side", aggfunc="size")
+    rows = table.groupby([*CELL, "method"])
+    cells, there = rows[["psnr", "ssim"]].mean().unstack(), rows.size().unstack()
     gains = {
         # without a number of its own a selection is the one that is evenly spaced
         (metric, method): (cells[metric, method] - cells[metric, EVEN]).fillna(0)[there[method] > 0]
