@@ -64,7 +64,13 @@ def read_raw(
 def read_capture(
     path: str | Path, layout: str = "auto", long_side: int = 128, **options
 ) -> Capture:
-    """Read a capture from disk; `options` are those of `read_folder`."""
+    """Read a capture from disk; `options` are those of `read_folder`.
+
+    Example:
+        >>> capture = fsel.read_capture("captures/garden", long_side=48)
+        >>> len(capture), capture.size
+        (80, (48, 36))
+    """
     return read_folder(path, layout, long_side, **options).capture
 
 

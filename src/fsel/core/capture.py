@@ -163,6 +163,10 @@ class Capture:
         """Return a capture of (n,) distinct frames, in the given order, and of what they observe.
 
         `images` are theirs, (n, h, w, 3) uint8, where they are in memory already.
+
+        Example:
+            >>> len(fsel.read_capture("captures/garden").subset([0, 8, 16]))
+            3
         """
         return replace(
             self,
@@ -177,7 +181,12 @@ class Capture:
         )
 
     def resized(self, long_side: int) -> Capture:
-        """Reduce the images to `long_side` pixels, by area means."""
+        """Reduce the images to `long_side` pixels, by area means.
+
+        Example:
+            >>> fsel.read_capture("captures/garden").resized(32).size
+            (32, 24)
+        """
         width, height = self.size
         scale = long_side / max(width, height)
         if scale >= 1:

@@ -37,7 +37,11 @@ def threads() -> int:
 
 
 def set_threads(count: int | None) -> None:
-    """Set how many threads this process, and those it starts, work on; None for the default."""
+    """Set how many threads this process, and those it starts, work on; None for the default.
+
+    Example:
+        >>> fsel.set_threads(2)
+    """
     if count is not None and (type(count) is not int or count < 1):
         raise ValueError(f"threads is {count!r}; allowed: a whole number, 1 or more, or None")
     os.environ[THREADS] = str(count or "")

@@ -24,7 +24,6 @@ COLORS = (
     *("#000000", "#e69f00", "#56b4e9", "#8c510a"),
 )
 """Told apart by colour-blind readers (Okabe and Ito, 2008), and a brown."""
-DASHES = ("-", "--", "-.", ":", (0, (6, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 

@@ -101,7 +101,8 @@ def select(
 
     Example:
         >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
-        >>> chosen.export("garden20")
+        >>> len(chosen.names), len(chosen.held_out)
+        (20, 10)
     """
     request = SelectionRequest(
         source=None,
@@ -181,6 +182,12 @@ def fit(
             the capture does not have.
         TypeError: for what is no capture, or no frames.
         ImportError: when the reconstructor needs a package that is not installed.
+
+    Example:
+        >>> capture = fsel.read_capture("captures/garden", long_side=48)
+        >>> model = fsel.fit(capture, range(0, 80, 8))
+        >>> model.render(capture.view([1, 2])).shape
+        (2, 36, 48, 3)
     """
     from fsel.reconstruct import RECONSTRUCTORS
 
@@ -207,6 +214,12 @@ def evaluate(
     Raises:
         ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
         TypeError: for what is no capture, no model or no frames.
+
+    Example:
+        >>> capture = fsel.read_capture("captures/garden", long_side=48)
+        >>> model = fsel.fit(capture, range(0, 80, 8))
+        >>> sorted(fsel.evaluate(capture, model, [1, 2]))
+        ['gmsd', 'psnr', 'ssim']
     """
     from fsel.metrics import METRICS, checked, score_views
 

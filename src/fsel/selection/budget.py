@@ -41,6 +41,9 @@ class Auto:
 
     Raises:
         ValueError: for a threshold that is not above zero.
+
+    Example:
+        >>> few = fsel.select("captures/garden", fsel.Auto(threshold=0.05), targets="every:8")
     """
 
     threshold: float = THRESHOLD

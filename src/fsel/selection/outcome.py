@@ -92,6 +92,10 @@ class Selection:
         Raises:
             ValueError: for a capture that has no image files.
             FileExistsError: for a folder that is there already.
+
+        Example:
+            >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
+            >>> folder = chosen.export("garden20")
         """
         from fsel.selection.export import subset  # here: most selections are not written
 

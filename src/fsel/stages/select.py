@@ -32,7 +32,7 @@ def select(
     protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
-    """Every method's picks at every budget of every draw, one row a pick.
+    """Write every method's picks at every budget of every draw, one row a pick.
 
     Args:
         features: what `fsel.stages.features` wrote of them, one a draw.

@@ -78,6 +78,7 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 
     Example:
         >>> bad = fsel.bad_frames("captures/garden")
+        >>> chosen = fsel.select("captures/garden", 20, targets="every:8", never=bad)
     """
     opened = open_capture(path, layout)
     return [opened.capture.names[frame] for frame in examined(opened).left_out]

@@ -8,18 +8,14 @@ import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
-from fsel.evaluation.figures import COLORS, DASHES, MARKERS, TEXT, name_axes, new_figure, save
+from fsel.evaluation.figures import MARKERS, TEXT, name_axes, new_figure, save
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
 from fsel.selectors.policies import POLICIES
 from fsel.training.search import fittest_so_far
 
-SEARCHES = {
-    "search": "genetic search, evaluation scenes",
-    "random_search": "random search, evaluation scenes",
-    "labels": "genetic search, labels",
-}
+SEARCHES = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
 
@@ -38,7 +34,7 @@ def speed_error(
     problems: Sequence[str],
     k: int,
 ) -> None:
-    """Draw the figure of four panels and write the table of the same numbers.
+    """Draw methods and settings, and write the tables of these and of the search.
 
     `times` is what `selection_time` wrote, whose smallest pool is drawn; `subsets` and `labels` are
     searched subsets, of the evaluation problems and of training scenes.
@@ -52,7 +48,7 @@ def speed_error(
     curves = progress(subsets, labels)
     timed_k, pool = timed[["k", "pool"]].iloc[0]
     selected = f"{timed_k} of {pool} frames"
-    draw(methods, swept, curves, figures, selected=selected, k=k)
+    draw(methods, swept, figures, selected=selected, k=k)
     every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
     write_csv(every, numbers)
@@ -112,11 +108,10 @@ def _tables(
     )
     groups = curves.set_index("evaluations").groupby("search", sort=False)["gap"]
     reached = {name: gaps.reindex(COUNTS) for name, gaps in groups}
-    searches = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
     of_search = plain_table(
         ["Search", *(f"{n} subsets" for n in COUNTS)],
         [
-            [searches[name], *(MISSING if np.isnan(gap) else f"{gap:.2f}" for gap in gaps)]
+            [SEARCHES[name], *(MISSING if np.isnan(gap) else f"{gap:.2f}" for gap in gaps)]
             for name, gaps in reached.items()
         ],
         caption=r"\textbf{Speed against error: the search.} PSNR in dB, on the proxies, that the "
@@ -154,82 +149,62 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
 
 
 def draw(
-    methods: pd.DataFrame,
-    settings: pd.DataFrame,
-    curves: pd.DataFrame,
-    outputs: Files,
-    *,
-    selected: str,
-    k: int,
+    methods: pd.DataFrame, settings: pd.DataFrame, outputs: Files, *, selected: str, k: int
 ) -> None:
-    """Draw methods, the reconstructor's settings (depth, PSNR), and evaluations of a search."""
+    """Draw dB lost against seconds, on a logarithmic axis, of every method and setting."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    figure = new_figure((TEXT, 6.2))
-    (first, third), (second, fourth) = figure.subplots(2, 2)
-    _draw_methods(first, methods)
-    first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
-    name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
-    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
-        line = {"color": COLORS[number], "linestyle": DASHES[number], "linewidth": 1.1}
-        second.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
-    name_axes(second, "subsets reconstructed", "PSNR behind the search's end (dB)")
-    second.set_ylim(bottom=0)
-    second.legend(fontsize=7, frameon=False)
-    second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
-    drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
-    for letter, (axis, (column, label, unit)) in zip("bd", drawn.items(), strict=True):
-        _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
-        title = f"{letter}  the reconstructor"
-        axis.set_title(title, loc="left", fontsize=9, fontweight="bold")
-        name_axes(axis, "seconds, nothing cached", label)
-    handles, names = third.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower right", ncols=6, fontsize=7, frameon=False)
-    for axis in figure.axes:
-        if axis.get_xscale() == "log":
-            low, high = axis.get_xlim()
-            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
-            axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.xaxis.set_minor_formatter(NullFormatter())
+    figure = new_figure((TEXT, 3.6))
+    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
+    _draw_methods(left, methods)
+    name_axes(left, f"seconds to select {selected}", f"dB behind the search, K = {k}")
+    _draw_settings(right, settings)
+    name_axes(right, "seconds to reconstruct and render", "dB lost to the default setting")
+    titles = {left: "selection methods", right: "settings of splats, one changed at a time"}
+    for axis, title in titles.items():
+        axis.set_title(title, loc="left", fontsize=8)
+        axis.set_xscale("log")
+        low, high = axis.get_xlim()
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
+        axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.xaxis.set_minor_formatter(NullFormatter())
     save(figure, outputs)
 
 
 def _draw_settings(axis, settings: pd.DataFrame) -> None:
-    """Draw a colour and a marker a setting, its values tied to the default, which is a star."""
+    """Draw a marker a setting, its values tied to the default, which is a star."""
     default = settings[settings["default"]].iloc[-1]
     for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
         changed = part[~part["default"]].sort_values("seconds")
-        color, marker = COLORS[i], MARKERS[i]
-        places = (changed["seconds"], changed["value_of"])
-        axis.plot(*places, marker, color=color, ms=4, label=name)
-        for row in changed.itertuples():
-            line = (row.seconds, default["seconds"]), (row.value_of, default["value_of"])
-            axis.plot(*line, "-", color=color, linewidth=0.6, alpha=0.5)
-            beside = {"xytext": (3, 3), "textcoords": "offset points"}
-            axis.annotate(row.value, (row.seconds, row.value_of), **beside, fontsize=6, color=color)
-    axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
-    axis.set_xscale("log")
-    axis.margins(x=0.1)
+        lost = default["psnr"] - changed["psnr"]
+        for row, gap in zip(changed.itertuples(), lost, strict=True):
+            axis.plot((row.seconds, default["seconds"]), (gap, 0), "-", color="0.8", linewidth=0.6)
+            beside = {"xytext": (4, 2), "textcoords": "offset points"}
+            axis.annotate(row.value, (row.seconds, gap), **beside, fontsize=6)
+        face = "white" if i % 2 else "0.4"
+        style = {"markerfacecolor": face, "markeredgecolor": "black", "markersize": 5}
+        axis.plot(changed["seconds"], lost, MARKERS[i], linestyle="none", label=name, **style)
+    axis.plot(default["seconds"], 0, "k*", markersize=11, label="default")
+    axis.legend(fontsize=6, frameon=False)
+    axis.margins(x=0.12)
 
 
 def _draw_methods(axis, points: pd.DataFrame) -> None:
     """Draw one labelled point a method; down and left is better."""
     axis.axhline(0, color="0.6", linewidth=0.8)
-    axis.set_xscale("log")
-    points = points.sort_values("gap", kind="stable").reset_index(drop=True)
+    points = points.sort_values("gap", kind="stable", ascending=False).reset_index(drop=True)
     for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
-        color, marker = (COLORS[0], "s") if name in POLICIES else (COLORS[1], "o")
-        axis.plot(seconds, gap, marker, color=color, markersize=4)
+        ours = name in POLICIES
+        axis.plot(seconds, gap, "s" if ours else "o", color="black" if ours else "0.5", ms=4)
         # names stand beside the axes in the points' order, where they cannot overlap
         axis.annotate(
             PLAIN[name],
             (seconds, gap),
-            xytext=(1.06, (i + 0.5) / len(points)),
+            xytext=(1.06, 1 - (i + 0.5) / len(points)),
             textcoords="axes fraction",
             va="center",
-            fontsize=7,
-            color=color,
-            fontweight="bold" if name in POLICIES else "normal",
+            fontsize=6.5,
+            fontweight="bold" if ours else "normal",
             # to the start of the name
             arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.5, "relpos": (0, 0.5)},
         )

@@ -8,7 +8,7 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The pool in capture order, cut into k windows as equal as can be; ties go to the lowest."""
+    """Cut the pool in capture order into k windows as equal as can be; ties go to the lowest."""
     pool = problem.observed
     windows = np.array_split(pool, k)
     return np.array([window[np.argmax(problem.sharpness[window])] for window in windows])

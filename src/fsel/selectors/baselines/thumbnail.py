@@ -8,7 +8,7 @@ from fsel.core.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The pool in capture order, cut into k batches as equal as can be; ties go to the lowest."""
+    """Cut the pool in capture order into k batches as equal as can be; ties go to the lowest."""
     counts = {frame: histogram(problem.capture.images[frame]) for frame in problem.observed}
     picks = []
     for batch in np.array_split(problem.observed, k):
