@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import shutil
 import sys
@@ -37,24 +38,18 @@ class Mapped(NamedTuple):
 def build(
     database: Path, folder: Path, count: int, work: Work, start: Path | None = None
 ) -> Mapped | None:
-    """Map a database of `count` images globally and incrementally, on half of the threads each.
-
-    The model is kept that agrees with more of the verified matches; a frame that it did not place
-    agrees with none. The incremental mapper goes on with the model in `start`.
-    """
+    """Map a database of `count` images globally and, going on with the model in `start`,
+    incrementally, on half of the threads each; keep what agrees with more of the matches."""
     folder = folder.absolute()  # the process works there
     for by in (GLOBAL, INCREMENTAL):
         shutil.rmtree(folder / by, ignore_errors=True)
         (folder / by).mkdir()
     copy = shutil.copy(database, folder / f"{GLOBAL}.db")  # focal lengths are estimated there
-    shares, least = (threads() // 2 or 1, -(-threads() // 2)), features.INLIERS[work.features]
-    options = pycolmap.IncrementalPipelineOptions(
-        num_threads=shares[1],
-        random_seed=SEED,
-        min_num_matches=least,
-        min_model_size=MIN_PLACED,
-    )
-    words = map(str, (copy, folder / "images", folder / GLOBAL, shares[0], least))
+    least = features.INLIERS[work.features]
+    common = {"random_seed": SEED, "min_num_matches": least, "min_model_size": MIN_PLACED}
+    options = pycolmap.IncrementalPipelineOptions(common | {"num_threads": -(-threads() // 2)})
+    share = json.dumps(common | {"num_threads": threads() // 2 or 1})
+    words = map(str, (copy, folder / "images", folder / GLOBAL, share))
     placed = iter(work.watch("poses")(itertools.count(), count))
     with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
         if threads() == 1:
@@ -101,27 +96,22 @@ def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> i
 def separate(database: Path, names: Sequence[str], breaks: Sequence[int]) -> None:
     """Remove the matches of images, named in order, on both sides of a row before which the path
     breaks, but those of neighbours."""
-    rows = {name: row for row, name in enumerate(names)}
     stretch = np.searchsorted(breaks, np.arange(len(names)), side="right")
     verified = verified_pairs(database)
     with pycolmap.Database.open(str(database)) as stored:
-        known = {image.image_id: rows[image.name] for image in stored.read_all_images()}
+        keys = {image.name: image.image_id for image in stored.read_all_images()}
+        rows = {keys[name]: row for row, name in enumerate(names)}
         for pair in verified:
-            i, j = (known[key] for key in pair.images)
+            i, j = (rows[key] for key in pair.images)
             if stretch[i] != stretch[j] and abs(i - j) > OVERLAP:
                 stored.delete_two_view_geometry(*pair.images)
 
 
-def main(database: str, images: str, output: str, workers: str, least: str) -> None:
+def main(database: str, images: str, output: str, options: str) -> None:
     """Write the global mapper's models, with focal lengths estimated from pairs first."""
-    options = pycolmap.GlobalPipelineOptions(
-        num_threads=int(workers),
-        random_seed=SEED,
-        min_num_matches=int(least),
-        min_model_size=MIN_PLACED,
-    )
     pycolmap.calibrate_view_graph(database, pycolmap.ViewGraphCalibrationOptions(random_seed=SEED))
-    pycolmap.global_mapping(database, images, output, options)
+    settings = pycolmap.GlobalPipelineOptions(json.loads(options))
+    pycolmap.global_mapping(database, images, output, settings)
 
 
 if __name__ == "__main__":

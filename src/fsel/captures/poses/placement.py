@@ -194,10 +194,8 @@ def _found(
 
 
 def compared(mapped: Mapped) -> dict | None:
-    """Frames that the other mapper places, and degrees that both sets of poses differ by.
-
-    The degrees are None for fewer than two frames of both; all is where a program placed them.
-    """
+    """Frames that the other mapper places, and degrees that both sets of poses differ by, None for
+    fewer than two frames of both; None where a program placed them."""
     if not mapped.by:
         return None
     first, second = mapped.model, mapped.other
