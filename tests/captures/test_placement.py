@@ -270,6 +270,20 @@ def test_matches_across_a_break_are_removed_but_those_of_neighbours(tmp_path, mo
     assert left == {(1, 2), (2, 3), (3, 4), (3, 5), (4, 5)}  # numbers begin at 1
 
 
+def test_matches_agree_with_the_poses_that_they_were_seen_from():
+    poses, points = ring(12)[:3], np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    local = [points @ pose[:, :3].T + pose[:, 3] for pose in poses]
+    places = [xyz[:, :2] / xyz[:, 2:] + 0.5 for xyz in local]  # the focal length is the side
+    pairs = [
+        failures.VerifiedPair((i + 1, j + 1), (places[i], places[j]), False)
+        for i, j in ((0, 1), (0, 2), (1, 2))
+    ]
+    assert mapping.agreeing(model_of("abc", poses), pairs) == 150
+    assert mapping.agreeing(model_of("ab", poses), pairs) == 50  # the third was not placed
+    poses[2, 1, 3] += 1
+    assert 50 <= mapping.agreeing(model_of("abc", poses), pairs) < 70
+
+
 @pytest.mark.parametrize(
     ("other", "said"),
     [
