@@ -7,7 +7,7 @@ import pytest
 
 import fsel
 from fsel.core import limits
-from fsel.core.threads import InOrder, ranges, spread
+from fsel.core.threads import InOrder, ranges, side_by_side, spread
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +61,14 @@ def test_threads_work_at_once_and_one_alone_within():
     fsel.set_threads(2)
     both = threading.Barrier(2, timeout=60)
     assert spread(lambda a, b: both.wait() >= 0 and len(ranges(100, 1)), ranges(2, 1, 1)) == [1, 1]
+
+
+def test_items_run_side_by_side_with_a_share_of_the_threads_each():
+    fsel.set_threads(4)
+    both = threading.Barrier(2, timeout=60)
+    made = side_by_side(lambda i: (i, both.wait() >= 0, len(ranges(99, 1, 1))), [3, 1])
+    assert [*made] == [(3, True, 2), (1, True, 2)]
+    assert [*side_by_side(lambda i: len(ranges(99, 1, 1)), [0])] == [4]
 
 
 def test_an_error_of_a_thread_is_raised():

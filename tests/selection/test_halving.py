@@ -7,6 +7,7 @@ import pytest
 from small_captures import record_of, select
 
 import fsel
+from fsel.core.limits import THREADS
 from fsel.selection import halving
 from fsel.selection.candidates import EVEN
 from fsel.selection.halving import FIT_DEVIATION, SuccessiveHalving, compared
@@ -110,6 +111,18 @@ def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
 
     picks = {EVEN: EVENLY, "other": OTHER}
     assert SuccessiveHalving(score, picks, FRAMES).run(4, TimeBudget(3.0)).fits == 2 + 1 + 4
+
+
+def test_any_number_of_threads_gives_the_same_fits_and_choice(monkeypatch):
+    gains, logs = {"other": 2.0, "third": 1.5}, []
+    alone = race(gains)
+    for count in (2, 3, 4):
+        monkeypatch.setenv(THREADS, str(count))
+        found = race(gains, log=logs)
+        assert (found.kept, found.fits, found.cut) == (alone.kept, alone.fits, alone.cut)
+        gains_of = [[trial.gain for trial in one.trials] for one in (found, alone)]
+        np.testing.assert_array_equal(*gains_of)
+    assert set(map(logs.count, logs)) == {3}  # each fit once
 
 
 def test_a_race_that_ends_with_a_heat_makes_no_fit_more():

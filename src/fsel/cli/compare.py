@@ -21,6 +21,7 @@ from fsel.core.limits import threads
 from fsel.core.outputs import staged
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, subset_key
+from fsel.core.threads import side_by_side
 from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
@@ -35,6 +36,7 @@ from fsel.selectors.policies import ScoringMethod
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
 STARRED = "*: significant by the paired 95 % interval over held-out frames."
+SIDE_BY_SIDE = ("splats", "gaussians", "radiance_field")  # whose fits leave one another alone
 COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
 ORDER = (
     " On ten captures it agreed with trained Gaussians on the better of two selections in 32 of 48 "
@@ -186,7 +188,11 @@ def _scores(
     """Return (T, M) metrics of the held-out frames for each k and method, averaged over seeds."""
     scores: dict[Cell, list[np.ndarray]] = {(k, name): [] for k in args.k for name in args.methods}
     runs = [(cell, chosen) for cell in scores for chosen in picks[cell]]
-    for cell, chosen in console.bar("reconstructing")(runs, len(runs)):
+    distinct = list({subset_key(chosen): chosen for _, chosen in runs}.values())
+    fits = side_by_side if args.reconstructor in SIDE_BY_SIDE else map
+    for _ in console.bar("reconstructing")(fits(evaluator.scores, distinct), len(distinct)):
+        pass  # the evaluator knows them from now on
+    for cell, chosen in runs:
         scores[cell].append(evaluator.scores(chosen))
     return {cell: np.mean(values, axis=0) for cell, values in scores.items()}
 

@@ -171,6 +171,13 @@ def add_output(command: argparse.ArgumentParser, text: str):
     return place
 
 
+def add_threads(
+    command: argparse.ArgumentParser, effect: str = "it changes nothing but estimated poses"
+) -> None:
+    text = f"number of threads (default: all cores); {effect}"
+    command.add_argument("--threads", type=whole(1), metavar="N", help=text)
+
+
 def add_checking(command: argparse.ArgumentParser) -> None:
     text = (
         "match every frame with two neighbours, to find misplaced frames without sparse points; "

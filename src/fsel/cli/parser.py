@@ -21,6 +21,7 @@ from fsel.cli.options import (
     add_output,
     add_size,
     add_skipping,
+    add_threads,
     add_video,
     bare_command,
     capture_command,
@@ -89,7 +90,9 @@ def parser() -> argparse.ArgumentParser:
     _add_poses(commands)
     add_select(commands)
     text = "Describe a capture, find its bad frames, and suggest how many frames to keep."
-    add_checking(capture_command(commands, "info", text))
+    info = capture_command(commands, "info", text)
+    add_checking(info)
+    add_threads(info)
     _add_compare(commands)
     _add_reconstruct(commands)
     _add_render(commands)
@@ -125,7 +128,7 @@ def _add_poses(commands) -> None:
     masks.add_argument("--mask-by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)
-    _add_threads(command, "1 gives the same poses every time")
+    add_threads(command, "1 gives the same poses every time")
     add_output(command, "folder to write")
 
 
@@ -181,6 +184,7 @@ def _add_render(commands) -> None:
     )
     command.add_argument("--targets", metavar="WHAT", required=True, help=text)
     _add_metrics(command)
+    add_threads(command)
     add_size(command, None, "384 (of a video 1280)")
     text = "write an .mp4 that flies along the views, or from frame to frame, instead"
     place = add_output(command, "folder to write")
@@ -217,9 +221,4 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
 def _add_reconstructor(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--reconstructor", help=text)
     command.add_argument("--steps", type=whole(1), help="optimisation steps of gaussians")
-    _add_threads(command, "it does not change the results")
-
-
-def _add_threads(command: argparse.ArgumentParser, effect: str) -> None:
-    text = f"number of threads (default: all cores); {effect}"
-    command.add_argument("--threads", type=whole(1), metavar="N", help=text)
+    add_threads(command)

@@ -12,6 +12,7 @@ from fsel.cli.options import (
     add_object,
     add_opening,
     add_output,
+    add_threads,
     bare_command,
     duration,
     number_or_auto,
@@ -21,6 +22,7 @@ from fsel.cli.options import (
     words,
 )
 
+TRAINERS = ("gsplat", "splatfacto", "nerfacto", "long-lrm")  # of `budget.TRAINERS`
 TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen
 RECORDED = (
@@ -35,6 +37,7 @@ def add_select(commands) -> None:
     text = "Pick the frames that best serve the views to be rendered."
     command = bare_command(commands, "select", text)
     add_captures(command)
+    add_threads(command)
     add_output(command, "folder to write")
     _add_number(command.add_argument_group("number of frames"))
     views = command.add_argument_group("views")
@@ -58,12 +61,13 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("-k", type=number_or_auto, help=text)
     group.add_argument("--views", action="store_true", help=argparse.SUPPRESS)
-    text = "with -k auto: memory of the GPU that --trainer runs on, such as 8GB"
+    text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
+    text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument(
         "--trainer",
-        choices=("gsplat", "splatfacto", "nerfacto", "long-lrm"),  # of `budget.TRAINERS`
-        help="program that trains within --vram; see docs/reconstructors.md",
+        choices=TRAINERS,
+        help=argparse.SUPPRESS,
     )
     text = (
         "pick the fewest frames that see every sparse point this many times, from different "

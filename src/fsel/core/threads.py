@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import count, pairwise
@@ -11,7 +11,7 @@ from typing import Any
 
 from fsel.core.limits import threads
 
-_here = local()  # busy: whether this thread works on a range
+_here = local()  # share: how many threads this one may start; unset: all
 
 
 def ranges(length: int, least: int, each: int = 4) -> list[tuple[int, int]]:
@@ -19,7 +19,7 @@ def ranges(length: int, least: int, each: int = 4) -> list[tuple[int, int]]:
 
     On one thread, and within `spread`, it is one range.
     """
-    workers = 1 if getattr(_here, "busy", False) else threads()
+    workers = _share()
     parts = max(min(workers * each, length // least), 1) if workers > 1 else 1
     return list(pairwise(length * i // parts for i in range(parts + 1)))
 
@@ -31,14 +31,14 @@ def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) ->
     results, numbers = [None] * len(parts), count()
 
     def drain() -> None:
-        _here.busy = True
+        own, _here.share = getattr(_here, "share", 0), 1
         try:
             while (at := next(numbers)) < len(parts):
                 results[at] = work(*parts[at])
         finally:
-            _here.busy = False
+            _here.share = own
 
-    workers = threads()
+    workers = _share()
     helpers = [_pool(workers).submit(drain) for _ in range(min(workers, len(parts)) - 1)]
     try:
         drain()
@@ -46,6 +46,27 @@ def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) ->
         for helper in [one for one in helpers if not one.cancel()]:
             helper.result()
     return results
+
+
+def side_by_side(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
+    """Yield `work(item)` of every item, in their order, with as many at once as there are threads.
+
+    Each has its share of the threads for its ranges. No more begin once the iterator is closed.
+    """
+    workers = min(_share(), len(items))
+    if workers <= 1:
+        yield from map(work, items)
+        return
+
+    def begin(share: int) -> None:
+        _here.share = share
+
+    with ThreadPoolExecutor(workers, "fsel-fit", begin, (_share() // workers,)) as pool:
+        yield from pool.map(work, items)
+
+
+def _share() -> int:
+    return getattr(_here, "share", 0) or threads()
 
 
 class InOrder:

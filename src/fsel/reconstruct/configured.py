@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any, ClassVar, Generic, TypeVar
 from weakref import WeakSet
 
@@ -75,18 +76,20 @@ class Peak:
     """
 
     _measured: ClassVar[WeakSet[Peak]] = WeakSet()
+    _lock: ClassVar[Lock] = Lock()
 
     def __init__(self) -> None:
         self._most = 0
-        for other in self._measured:  # the record that they go by is about to be forgotten
-            other._most = max(other._most, _highest())
-        try:
-            Path("/proc/self/clear_refs").write_text("5")  # forget the highest so far
-        except OSError:
-            self._start = _highest()
-        else:
-            self._start = _resident("VmRSS")
-        self._measured.add(self)
+        with self._lock:
+            for other in self._measured:  # the record that they go by is about to be forgotten
+                other._most = max(other._most, _highest())
+            try:
+                Path("/proc/self/clear_refs").write_text("5")  # forget the highest so far
+            except OSError:
+                self._start = _highest()
+            else:
+                self._start = _resident("VmRSS")
+            self._measured.add(self)
 
     @property
     def bytes(self) -> int:

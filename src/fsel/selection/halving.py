@@ -12,7 +12,7 @@ rule's where `gaussians` put it ahead by 0.2 dB. Gains: docs/results/captures_un
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,6 +22,7 @@ from scipy.special import stdtrit
 from fsel.core.capture import Capture
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly, subset_key
+from fsel.core.threads import side_by_side
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.splats import Splats
@@ -120,8 +121,10 @@ class SuccessiveHalving:
         """Run all heats, with `share` fits of a selection in the first, or those before the time is
         over. It runs from the end of the first fit by `gaussians`, which may have to be compiled.
         """
-        for name in (self._first, *self._hopeful) if self._hopeful and self._rule.sure else ():
-            self._scores[name]["splats"].append(self._score(self._picks[name], None))
+        if self._hopeful and self._rule.sure:
+            every = [(name, None) for name in (self._first, *self._hopeful)]
+            for name, scores in self._fits(every):
+                self._scores[name]["splats"].append(scores)
         self._hopeful = [name for name in self._hopeful if self._ahead(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
@@ -192,15 +195,20 @@ class SuccessiveHalving:
         return sum(len(scores) for made in self._scores.values() for scores in made.values())
 
     def _heat(self, jobs: list[tuple[str, int]], left: int, patience: TimeBudget) -> bool:
-        """Make some fits, one after the other, until the time is over; whether it is."""
+        """Make some fits until the time is over; whether it is."""
         planned = self._made + left
-        for name, seed in jobs:
-            self._scores[name]["gaussians"].append(self._score(self._picks[name], seed))
+        for name, scores in self._fits(jobs):
+            self._scores[name]["gaussians"].append(scores)
             self._started = self._started or time.perf_counter()
             gone = time.perf_counter() - self._started
             if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
                 return True
         return False
+
+    def _fits(self, jobs: Sequence[tuple[str, int | None]]) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield the names of jobs with their scores, in order, fitted on all threads."""
+        made = side_by_side(lambda job: self._score(self._picks[job[0]], job[1]), jobs)
+        return zip((name for name, _ in jobs), made, strict=True)
 
 
 def compared(

@@ -64,7 +64,7 @@ class GaussianSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """A size and what it takes, measured with 30 frames by `benchmarks/gaussians.py presets`."""
+    """A size and what it takes, measured with 30 frames by `benchmarks/gaussians.py`."""
 
     long_side: int  # pixels of the images
     gaussians: int

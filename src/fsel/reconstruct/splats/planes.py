@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ LOOK_ANGLE = 8.0  # parallax at which stereo works best, degrees
 LOOK_SPREAD = (4.0, 12.0)  # width of that preference below and above it, degrees
 AXIS_SPREAD = 30.0  # degrees between optical axes
 FRAME_BYTES = 1 << 28  # of frames that are kept: 1,500 at 64x48
+_adding = Lock()
 NEAREST = 16.0  # a frame is searched no nearer than its median depth over this: planes are few
 
 
@@ -36,21 +38,24 @@ class FrameCache:
         self._known: dict[int, PreparedFrame] = {}
 
     def __getitem__(self, frame: int) -> PreparedFrame:
-        if frame not in self._known:
+        prepared = self._known.get(frame)
+        if prepared is None:
             image = np.asarray(self._capture.images[frame]).astype(np.float32)
             (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
             rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
             grey, enlarged = image.mean(axis=-1), stereo.packed(image)
             prepared = PreparedFrame(image, grey, enlarged, rays)
-            make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in prepared))
-            self._known[frame] = prepared
-        return self._known[frame]
+            most = FRAME_BYTES // sum(part.nbytes for part in prepared)
+            remember(self._known, frame, prepared, most)
+        return prepared
 
 
-def make_room(cache: dict, most: int) -> None:
-    """Forget the oldest entry of a cache that holds `most`: dictionaries keep order."""
-    if cache and len(cache) >= most:
-        del cache[next(iter(cache))]
+def remember(cache: dict, key: Any, value: Any, most: int) -> None:
+    """Add to a cache; the oldest entry of one that holds `most` goes: dictionaries keep order."""
+    with _adding:  # threads share a cache
+        if cache and len(cache) >= most:
+            del cache[next(iter(cache))]
+        cache[key] = value
 
 
 def depth_range(capture: Capture) -> np.ndarray:

@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import invert_pose
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct import ply
 from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.selected import Frame, distinct
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 from fsel.reconstruct.splats.consistency import Maps, agreed
-from fsel.reconstruct.splats.planes import FrameCache, make_room
+from fsel.reconstruct.splats.planes import FrameCache, remember
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
@@ -105,7 +107,12 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         order = self._nearest(frames)
         # pairs of a subset that has more of them than are kept would push each other out
         keep = len(frames) * self.settings.partners <= self._most_pairs
-        maps = [self._depth_map(i, frames[order[a]], keep) for a, i in enumerate(frames.tolist())]
+
+        def mapped(first: int, last: int) -> list[tuple[np.ndarray, np.ndarray]]:
+            own, ranked = frames[first:last].tolist(), frames[order[first:last]]
+            return [self._depth_map(i, others, keep) for i, others in zip(own, ranked, strict=True)]
+
+        maps = list(chain(*spread(mapped, ranges(len(frames), 1))))
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
         neighbours = np.ascontiguousarray(order[:, : self.settings.neighbours])
@@ -148,7 +155,8 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
     ) -> tuple[np.ndarray, np.ndarray]:
         partners = sorted(ranked[: self.settings.partners].tolist())
         key = (frame, *partners)
-        if key not in self._maps:
+        depth_map = self._maps.get(key)
+        if depth_map is None:
             costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
             cost = stereo.merge_costs(*padded, len(costs))
@@ -156,13 +164,12 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
             small, large = np.int16(settings.small_penalty), np.float32(settings.large_penalty)
             total = stereo.aggregate(cost, self.frames[frame].grey, small, large)
             depth_map = stereo.winner(total, cost, self.inverse[frame])
-            make_room(self._maps, MAP_BYTES // (2 * depth_map[0].nbytes))
-            self._maps[key] = depth_map
-        return self._maps[key]
+            remember(self._maps, key, depth_map, MAP_BYTES // (2 * depth_map[0].nbytes))
+        return depth_map
 
     def _pair(self, frame: int, source: int, keep: bool) -> np.ndarray:
-        if (frame, source) in self._pairs:
-            return self._pairs[frame, source]
+        if (known := self._pairs.get((frame, source))) is not None:
+            return known
         own_pose, other = self.poses[[frame, source]]
         rotation = other[:, :3] @ own_pose[:, :3].T
         translation = other[:, 3] - rotation @ own_pose[:, 3]
@@ -173,8 +180,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         cost = stereo.pair_cost(*images, *pose, self.inverse[frame], truncation)
         cost = stereo.box_filter(cost)
         if keep:
-            make_room(self._pairs, self._most_pairs)
-            self._pairs[frame, source] = cost
+            remember(self._pairs, (frame, source), cost, self._most_pairs)
         return cost
 
 
@@ -206,15 +212,16 @@ class SplatModel(Fitted):
 
     def render(self, views: Views) -> np.ndarray:
         """Return (T, h, w, 3) float32 images in [0, 1] at the given poses."""
-        return render.render_views(
-            self.splats,
-            self.colors,
-            self.frame.local_poses(views.world_to_camera).astype(np.float32),
-            views.intrinsics.astype(np.float32),
-            views.size,
-            np.float32(self.surface),
-            (np.float32(self.near), np.float32(self.far)),
-        )
+        poses = self.frame.local_poses(views.world_to_camera).astype(np.float32)
+        ks, surface = views.intrinsics.astype(np.float32), np.float32(self.surface)
+        ends = np.float32(self.near), np.float32(self.far)
+
+        def rendered(first: int, last: int) -> np.ndarray:
+            given = poses[first:last], ks[first:last], views.size, surface, ends
+            return render.render_views(self.splats, self.colors, *given)
+
+        parts = spread(rendered, ranges(len(poses), 1))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def seen_by(self, views: Views) -> SplatModel:
         """Return the splats that fall into any of T views, which render exactly as with all."""
