@@ -290,7 +290,7 @@ def _digest(
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
-    files += sorted(masks.iterdir()) if isinstance(masks, Path) else []
+    files += sorted(masks.rglob("*")) if isinstance(masks, Path) else []
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
     made: list = [by.by] if by else [kind] if kind != features.SIFT else []

@@ -56,7 +56,8 @@ def looked_at(source: Source) -> Source:
     width, height = image_files.size_of(source.first)
     if width != 2 * height:
         return source
-    few = [source.photos[i] for i in evenly(len(source.photos), LOOKED)]
+    photos = [photo for photo in source.photos if not image_files.is_heic(photo)]
+    few = [photos[i] for i in evenly(len(photos), LOOKED)]
     if isinstance(source.first, VideoFrame):
         frames = range(0, video.Sampling().part(source.path)[0] or 1, APART)[:LOOKED]
         few = [replace(source.first, index=i) for i in frames]
