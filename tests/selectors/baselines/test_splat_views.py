@@ -208,6 +208,7 @@ def test_only_images_of_picks_are_read(filmed, name):
     assert watched.asked == set(picks[:8])  # fits from 4 and from 8
     begun = replace(problem, fixed_picks=picks[[5, 2]])
     assert select(name, begun, 3)[:2].tolist() == picks[[5, 2]].tolist()
+    assert select(name, replace(problem, fixed_picks=picks[5:6]), 3)[0] == picks[5]
 
 
 @every

@@ -89,9 +89,9 @@ def greedily(
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
-    start = farthest_views(np.arange(len(pool)), centers, min(k, START), most_central(centers))
     given = np.searchsorted(pool, problem.fixed_picks)
-    rows = (given if len(given) else start).astype(np.int64).tolist()
+    start, count = (given, max(len(given), 2)) if len(given) else (most_central(centers), START)
+    rows = farthest_views(np.arange(len(pool)), centers, min(k, count), start).tolist()
     capture = _canonical(problem.capture, pool, pool[rows[0]])
     while len(rows) < k:
         worth = criterion(capture, pool, np.array(rows))
