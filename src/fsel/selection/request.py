@@ -179,7 +179,7 @@ def _check_number(request: SelectionRequest, k: int | Auto | None, method: Metho
     if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
             "frames to select always (--always) need a number of frames and a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
+            f"that begins with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
             f"the method {method.name}"
         )
     if auto and not method.nested:

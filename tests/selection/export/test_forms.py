@@ -105,7 +105,10 @@ def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys)
     assert reasons[f"frame_{picks[2]:03d}.jpg"] == "excluded by never (--never)"
     for more, said in (
         (["-k", 1, "--always", always], "k is 1, but 2 frames must always be selected"),
-        (["-k", 4, "--always", always, "--method", "fvs"], "a method that scores them (fsel,"),
+        (
+            ["-k", 4, "--always", always, "--method", "uniform"],
+            "a method that begins with them (fsel,",
+        ),
         (["-k", 20, "--never", never, "--targets", "every:8"], "being unwanted"),
         (["-k", 4, "--never", tmp_path / "no.txt"], "no such file of frame names"),
     ):
