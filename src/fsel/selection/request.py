@@ -178,9 +178,9 @@ def _check_number(request: SelectionRequest, k: int | Auto | None, method: Metho
     auto = isinstance(k, Auto)
     if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
-            "frames to select always (--always) need a number of frames and a method "
-            f"that begins with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
-            f"the method {method.name}"
+            "frames to select always (--always) need a number of frames and a method that begins "
+            f"with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and the "
+            f"method {method.name}"
         )
     if auto and not method.nested:
         from fsel.evaluation.methods import METHODS
