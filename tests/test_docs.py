@@ -54,3 +54,10 @@ def test_the_software_and_the_paper_are_cited():
 
 def test_the_changelog_knows_the_version():
     assert f"\n## {PROJECT['version']}\n" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_commands_of_the_command_line_s_page_can_be_typed_in_turn():
+    text = (DOCS / "cli.md").read_text()
+    outputs = re.findall(r"^fsel .* (?:-o|--video) (\S+)$", text, re.MULTILINE)
+    assert len(outputs) > 9
+    assert len(set(outputs)) == len(outputs)

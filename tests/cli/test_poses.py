@@ -130,6 +130,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
         ("info .", "walk.mp4"),
         ("poses walk.insv -o out", "360-degree camera"),
         ("select walk.mp4 -k 3 -o out", "walk.mp4: not a readable video"),
+        ("select half/cut.mp4 -k 3 -o out", "cut.mp4: truncated"),
         ("poses walk.mp4 ./walk.mp4 -o out", "walk.mp4: the same video or folder is given twice"),
         ("poses grey -o out", "fsel: grey: COLMAP placed 0 of 3 frames; at least 3"),
     ],
@@ -137,6 +138,8 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
 def test_what_cannot_be_posed_is_refused(line, said, cache, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
+    (tmp_path / "half").mkdir()
+    (tmp_path / "half" / "cut.mp4").write_bytes(b"\0\0\0\x20ftypisom" + bytes(99))
     (tmp_path / "raw").mkdir()
     for name in ("walk.mp4", "walk.insv", "raw/DSC01.ARW"):
         (tmp_path / name).write_bytes(b"no video")

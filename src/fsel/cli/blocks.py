@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from fsel.core.files import json_text
@@ -12,19 +13,14 @@ from fsel.core.subsets import evenly
 from fsel.selection.blocks import blocks_of
 from fsel.selection.request import SelectionRequest
 
-BLOCKS, SHARED = "blocks.json", "shared.txt"
-ALONE = ("targets", "method", "weights", "always", "never", "cover", "masks", "box")
-"""Options of what is picked that do not go with blocks."""
+ALONE = ("targets", "method", "weights", "always", "never", "cover", "masks", "box")  # no blocks
 
 
 def vet(args: argparse.Namespace) -> None:
     """Refuse what does not go with blocks."""
     stated = [f"--{name}" for name in ALONE if getattr(args, name)]
     if stated or not isinstance(args.k, int):
-        raise ValueError(
-            f"--blocks does not go with {', '.join(stated) or '-k auto'}; it needs the number of "
-            "frames of each block. Hint: -k 40"
-        )
+        raise ValueError(f"--blocks does not go with {', '.join(stated) or '-k auto'}. Hint: -k 40")
 
 
 def run(
@@ -35,8 +31,7 @@ def run(
 ) -> dict:
     """Select from each block into a folder of its own, and list which picks blocks share.
 
-    A block begins with earlier ones' picks among its frames, up to half of its own: the frames that
-    reconstructions of both blocks have.
+    A block begins with earlier ones' picks among its frames, up to half of its own.
     """
     source, k = request.opened, request.k
     assert source is not None
@@ -52,11 +47,10 @@ def run(
         own = {"picks": picks, "frames": part.capture.names, "tried": made["tried"]}
         entries.append({"folder": folder} | own)
     for entry in entries:
-        others = {other["folder"]: set(other["picks"]) for other in entries if other is not entry}
-        shared = {name: [p for p in entry["picks"] if p in there] for name, there in others.items()}
-        entry["shared"] = {name: names for name, names in shared.items() if names}
-        names = dict.fromkeys(name for names in shared.values() for name in names)
-        text = "".join(f"{name}\n" for name in names)
-        (out / entry["folder"] / SHARED).write_text(text, encoding="utf-8")
-    (out / BLOCKS).write_text(json_text({"blocks": entries}), encoding="utf-8")
+        picked, beside = set(entry["picks"]), [other for other in entries if other is not entry]
+        found = {other["folder"]: [p for p in other["picks"] if p in picked] for other in beside}
+        entry["shared"] = {folder: names for folder, names in found.items() if names}
+        text = "".join(f"{name}\n" for name in dict.fromkeys(chain(*found.values())))
+        (out / entry["folder"] / "shared.txt").write_text(text, encoding="utf-8")
+    (out / "blocks.json").write_text(json_text({"blocks": entries}), encoding="utf-8")
     return {"blocks": entries}

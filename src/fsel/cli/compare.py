@@ -38,10 +38,7 @@ QUALITY = 92  # of the page's JPEGs
 STARRED = "*: significant by the paired 95 % interval over held-out frames."
 SIDE_BY_SIDE = ("splats", "gaussians", "radiance_field")  # whose fits leave one another alone
 COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
-ORDER = (
-    " On ten captures it agreed with trained Gaussians on the better of two selections in 32 of 48 "
-    "cases. To decide between them, use --reconstructor gaussians."
-)
+ORDER = " It may order close selections differently: to decide, use --reconstructor gaussians."
 QUICK = {"steps": 500, "gaussians": 5000}  # of FINE, where no reconstructor is named
 FIT_SECONDS, FIT_SIDE = 6.6, 192  # of one fit on one core, at so many pixels
 MOST_SECONDS = 60.0  # for all fits by FINE before COARSE is the default

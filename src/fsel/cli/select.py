@@ -93,8 +93,7 @@ def _selected(
     form: subset.Form,
     started: float,
 ) -> dict:
-    """Select as a request of an opened capture says, and write all files of a selection, which will
-    have the place; return the content of its record."""
+    """Select as a request says, and write what will be at a place; return the record's content."""
     source = request.opened
     assert source is not None
     seconds = {"read": time.perf_counter() - started}
@@ -255,8 +254,8 @@ def commands(args: argparse.Namespace, place: Path) -> Commands:
     """Return the command lines that the report of a selection at a place offers."""
     editing = ["fsel", *without(args.words, AGAINST), "-o", f"{place}_edit"]
     view = ["fsel", "view", str(place), "-o", f"{place}.html"]
-    text = "" if args.blocks else shlex.join(editing)
-    return Commands(text, str(place / FRAMES), shlex.join(view))
+    edited = "" if args.blocks else shlex.join(editing)
+    return Commands(edited, str(place / FRAMES), shlex.join(view))
 
 
 def without(words: Sequence[str], options: Sequence[str]) -> list[str]:

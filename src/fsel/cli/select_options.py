@@ -91,8 +91,7 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
         "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
-    beside = "never to pick, also if --always names them"
-    for name, text in (("always", "to pick first"), ("never", beside)):
+    for name, text in (("always", "to pick first"), ("never", "never to pick, despite --always")):
         text = f"frames {text}: names, or files of names such as frames.txt, between commas"
         group.add_argument(f"--{name}", type=words, metavar="NAMES", help=text)
     add_keeping(group)

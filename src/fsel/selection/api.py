@@ -88,8 +88,7 @@ def select(
             `fsel.selection.focus.Focus`.
         descriptors: (N, D) of every frame, or what measures them of a capture; else `lab_hog`.
         always, never: names or numbers of frames that are selected first, by methods that score
-            frames, and of frames that are not selected, or files with a name a line. The nearest
-            frame stands in for one of both.
+            frames, and of others that are not, or files of names; frames of both are replaced.
         views: whether views of panoramas are picked one by one, not k panoramas with all of theirs.
         keep_bad: whether bad frames may be picked. Else they are left out, as `fsel.bad_frames`
             names them, but for a `Capture` that was not read from image files.

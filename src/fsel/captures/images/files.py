@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, BinaryIO
@@ -47,6 +48,18 @@ HINT = (
 Size = tuple[int, int]
 
 
+def open_video(path: Path) -> cv2.VideoCapture:
+    """Return a video to read; refuse one that cannot be read, or whose end is missing."""
+    film = cv2.VideoCapture(str(path))
+    if not film.isOpened():
+        with path.open("rb") as file:
+            mp4 = file.read(8)[4:] == b"ftyp"
+            cut = mp4 and mmap(file.fileno(), 0, access=ACCESS_READ).find(b"moov") < 0
+        why = "truncated: its end, with the index of its frames, is missing. Hint: copy it again"
+        raise ValueError(f"{path}: {why if cut else 'not a readable video'}")
+    return film
+
+
 class Video:
     """A video read frame by frame; fast when the frames are read in order."""
 
@@ -60,9 +73,7 @@ class Video:
         """Return the (h, w, 3) uint8 RGB frame at `index`."""
         with self._lock:
             if self._capture is None or index < self._next:
-                self._capture, self._next = cv2.VideoCapture(str(self.path)), 0
-                if not self._capture.isOpened():
-                    raise ValueError(f"{self.path}: not a readable video")
+                self._capture, self._next = open_video(self.path), 0
             while self._next <= index:
                 if not self._capture.grab():
                     raise ValueError(

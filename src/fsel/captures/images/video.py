@@ -150,9 +150,7 @@ def thin(
 
 
 def _opened(path: Path) -> cv2.VideoCapture:
-    film = cv2.VideoCapture(str(path))
-    if not film.isOpened():
-        raise ValueError(f"{path}: not a readable video")
+    film = image_files.open_video(path)
     film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
     return film
 
