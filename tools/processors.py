@@ -1,6 +1,6 @@
 """The tests of compiled functions, compiled for several kinds of processor.
 
-    python tests/processors.py [--jobs 2] [KIND ...]
+    python tools/processors.py [--jobs 2] [KIND ...]
 
 Each kind runs in a process of its own, with machine code of its own, kept in `.numba`. Kinds whose
 instructions this machine lacks are left out by name. Exits with 1 where a test fails.
