@@ -49,9 +49,11 @@ captures: .venv/installed
 # the same at 384 pixels with ten frames, beside what tools pick by, two hours: docs/results/captures_384.md
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
+HELMET = $${FSEL_CAPTURES:-../shared/captures}/helmet
 RIVALS = tried best_n Nearest "targets known"
 captures_384: .venv/installed
 	$(CAPTURES)_unknown.py --side 384 --by gaussians --seeds 1 --starts 3 --budgets 10 --methods $(RIVALS) --rows $(LARGE)
+	$(CAPTURES)_unknown.py $(HELMET) --side 384 --by gaussians --seeds 1 --starts 7 --budgets 10 --methods tried --rows $(LARGE)
 	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
