@@ -71,6 +71,19 @@ def test_items_run_side_by_side_with_a_share_of_the_threads_each():
     assert [*side_by_side(lambda i: len(ranges(99, 1, 1)), [0])] == [4]
 
 
+def test_what_runs_ends_once_nobody_waits_for_it():
+    fsel.set_threads(2)
+
+    def endless(number):
+        while number:
+            ranges(9, 1)
+        return number
+
+    made = side_by_side(endless, [0, 1, 2])
+    assert next(made) == 0
+    made.close()
+
+
 def test_an_error_of_a_thread_is_raised():
     fsel.set_threads(3)
     with pytest.raises(ZeroDivisionError):

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import cache
 from itertools import count, pairwise
-from threading import Lock, local
+from threading import Event, Lock, local
 from typing import Any
 
 from fsel.core.limits import threads
 
-_here = local()  # share: how many threads this one may start; unset: all
+# share: how many threads this one may start, if unset all; ended: nobody waits for its work
+_here = local()
 
 
 def ranges(length: int, least: int, each: int = 4) -> list[tuple[int, int]]:
@@ -19,6 +20,8 @@ def ranges(length: int, least: int, each: int = 4) -> list[tuple[int, int]]:
 
     On one thread, and within `spread`, it is one range.
     """
+    if (ended := getattr(_here, "ended", None)) and ended.is_set():
+        raise CancelledError
     workers = _share()
     parts = max(min(workers * each, length // least), 1) if workers > 1 else 1
     return list(pairwise(length * i // parts for i in range(parts + 1)))
@@ -51,18 +54,24 @@ def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) ->
 def side_by_side(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
     """Yield `work(item)` of every item, in their order, with as many at once as there are threads.
 
-    Each has its share of the threads for its ranges. No more begin once the iterator is closed.
+    Each has its share of the threads for its ranges. Once the iterator is closed no more begin, and
+    those that run end at their next loop in ranges.
     """
     workers = min(_share(), len(items))
     if workers <= 1:
         yield from map(work, items)
         return
 
-    def begin(share: int) -> None:
-        _here.share = share
+    share, ended = _share() // workers, Event()
 
-    with ThreadPoolExecutor(workers, "fsel-fit", begin, (_share() // workers,)) as pool:
-        yield from pool.map(work, items)
+    def begin() -> None:
+        _here.share, _here.ended = share, ended
+
+    with ThreadPoolExecutor(workers, "fsel-fit", begin) as pool:
+        try:
+            yield from pool.map(work, items)
+        finally:
+            ended.set()
 
 
 def _share() -> int:
