@@ -17,10 +17,6 @@ SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
 POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 LARGEST = 16384  # pixels of a working image's longer side
 UNPOSED = "none"  # of --poses
-EXAMPLES = {
-    "select": "example: fsel select walk.mp4 -k 30 -o walk30",
-    "view": "example: fsel view walk.ply walk30 -o walk.html",
-}
 OPENING = {
     "poses": "layout",
     "features": None,
@@ -93,7 +89,7 @@ def duration(text: str) -> float:
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
     """Add a command with the options that all share."""
-    command = commands.add_parser(name, help=text, description=text, epilog=EXAMPLES.get(name))
+    command = commands.add_parser(name, help=text, description=text)
     command.add_argument("--quiet", action="store_true", help="print only errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(command=name)
