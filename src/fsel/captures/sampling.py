@@ -22,7 +22,7 @@ from fsel.core.wording import counted
 
 IMAGES, TAKEN = "images", "taken.json"
 DENSER = 3.0  # times as many frames a second, where some were not placed
-LOOKED, APART = 5, 15  # images that say whether they show all directions; of a video, frames
+LOOKED, FIRST = 5, 75  # images that say if they show all directions; frames that they are of
 THUMBNAIL = 96  # pixels of the longer side of images that are compared with their neighbours
 Say = Callable[[str, str], None]
 
@@ -59,8 +59,8 @@ def looked_at(source: Source) -> Source:
     photos = [photo for photo in source.photos if not image_files.is_heic(photo)]
     few = [photos[i] for i in evenly(len(photos), LOOKED)]
     if isinstance(source.first, VideoFrame):
-        frames = range(0, video.Sampling().part(source.path)[0] or 1, APART)[:LOOKED]
-        few = [replace(source.first, index=i) for i in frames]
+        frames = evenly(min(FIRST, video.Sampling().part(source.path)[0] or 1), LOOKED)
+        few = [replace(source.first, index=i) for i in frames.tolist()]
     joined = sum(video.is_panorama(image_files.load(image)) for image in few)
     return replace(source, panoramic=2 * joined > len(few))
 
