@@ -1,14 +1,17 @@
-"""Milliseconds of a step of `gaussians` by threads, and whether the models are the same.
+"""Seconds by threads of what a person waits for; writes docs/results/threads.md.
 
-    python benchmarks/threads.py [--threads 1 2] [--repeats 8] [--steps 8]
+    python benchmarks/threads.py [--repeats 64] [--sizes 3]
     FSEL_THREADS=2 python benchmarks/threads.py --poses CAPTURE... [--every 2]
 
-In one process, the numbers of threads in turn: each goes through the same training, and the best of
-its medians counts, since others may use the machine. `--poses` prints what COLMAP's mappers place
-of some frames, in order, and how much a second run differs.
+One and two threads take turns in one process, and the least seconds of the repeats count, since
+others may use the machine. A further figure leaves them out: the processor's seconds until the last
+thread would end, if ranges were run one after the other and each given to the first thread free.
+`--poses` prints what COLMAP's mappers place of some frames, and how much a second run differs.
 """
 
 import argparse
+import heapq
+import os
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,11 +26,62 @@ from fsel.captures.poses import sfm
 from fsel.captures.poses.placement import apart
 from fsel.captures.read import read_raw
 from fsel.core.geometry import camera_centers
-from fsel.reconstruct.gaussians import Gaussians
+from fsel.core.threads import side_by_side
+from fsel.reconstruct.gaussians import Gaussians, losses, optimiser, render
 from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.splats import Splats, reconstructor
+from fsel.selection.halving import small_fits
 
-SIZES = ((128, 6000, 30), (640, 60_000, 12))  # pixels, Gaussians, frames
+PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
+SIZES = ((128, 6000, 30), (384, 20_000, 20), (640, 60_000, 12))  # pixels, Gaussians, frames
 WITHIN = 0.02  # of the extent of the cameras
+SHARED, COUNTS = (losses, optimiser, render, reconstructor), (1, 2, 4, 8)
+HEAD = """# Seconds by threads
+
+`python benchmarks/threads.py`, on {cores} cores that others used too (load {load:.0f}).
+The second column says little where the load is above the cores. By ranges: times as fast by the
+processor's seconds until the last thread would end, without others and the way to a thread.
+
+| | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8 threads | same bytes |
+|---|---|---|---|---|
+"""
+
+
+def cases(sizes: int):
+    """Yield names, and what makes a function of no arguments for a number of threads."""
+    capture, even = generated("mipnerf360", 0, 128, 40), np.arange(0, 40, 2)
+    yield "`splats`, 20 frames, 128 px", [lambda: Splats(capture).fit(even).splats] * len(COUNTS)
+    score = small_fits(capture, even + 1, {"even": even})
+    trials = [lambda: [*side_by_side(lambda seed: score(even, seed), range(4))]]
+    yield "4 trials of `fsel select`", trials * len(COUNTS)
+    for width, budget, frames in SIZES[:sizes]:
+        bound = Gaussians(generated("mipnerf360", 0, width, frames), gaussians=budget)
+        start, table = bound._start(bound.capture), "step of `gaussians`, {} px, {:,}"
+        made = [Training(bound.capture, start, bound.settings) for _ in COUNTS]
+        yield table.format(width, budget), [lambda t=t: (t.step(9), t.table)[1] for t in made]
+
+
+def by_ranges(work, count: int) -> float:
+    """Return the processor's seconds until the last of so many threads would end."""
+    saved, clock, kept = [], time.thread_time, render.spread
+
+    def spread(part, parts):
+        ends, made, began = [0.0] * count, [], clock()
+        for one in parts:
+            start = clock()
+            made.append(part(*one))
+            heapq.heapreplace(ends, ends[0] + clock() - start)
+        saved.append(clock() - began - max(ends))
+        return made
+
+    for module in SHARED:
+        module.spread = spread
+    start = clock()
+    work()
+    seconds = clock() - start - sum(saved)
+    for module in SHARED:
+        module.spread = kept
+    return seconds
 
 
 def poses(folder: Path, every: int) -> None:
@@ -64,9 +118,8 @@ def apart_by(found: dict[str, np.ndarray], truth: dict[str, np.ndarray]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--repeats", type=int, default=8)
-    parser.add_argument("--steps", type=int, default=8)
+    parser.add_argument("--repeats", type=int, default=64, help="of steps; an eighth of the rest")
+    parser.add_argument("--sizes", type=int, default=3, help="of `gaussians`")
     parser.add_argument("--poses", type=Path, nargs="+", default=[], help="captures on disk")
     parser.add_argument("--every", type=int, default=1, help="frames of them, one in so many")
     arguments = parser.parse_args()
@@ -74,22 +127,25 @@ def main() -> None:
         poses(folder, arguments.every)
     if arguments.poses:
         return
-    for width, budget, frames in SIZES:
-        bound = Gaussians(generated("mipnerf360", 0, width, frames), gaussians=budget)
-        start = bound._start(bound.capture)
-        trained = {n: Training(bound.capture, start, bound.settings) for n in arguments.threads}
-        best = dict.fromkeys(trained, np.inf)
-        for repeat in range(arguments.repeats):
-            for count, training in trained.items():
+    page = HEAD.format(cores=os.cpu_count(), load=os.getloadavg()[0])
+    for name, works in cases(arguments.sizes):
+        wall, alone, same = np.full(2, np.inf), np.full(4, np.inf), True
+        for _ in range(max(arguments.repeats // (1 if "step" in name else 8), 2)):
+            found = []
+            for i, (count, work) in enumerate(zip(COUNTS, works, strict=True)):
                 fsel.set_threads(count)
-                times = [time.perf_counter()]
-                for step in range(arguments.steps):
-                    training.step(repeat * arguments.steps + step)
-                    times.append(time.perf_counter())
-                best[count] = min(best[count], float(np.median(np.diff(times))))
-        same = len({training.table.tobytes() for training in trained.values()}) == 1
-        cells = [f"{n} threads {1e3 * seconds:.2f} ms" for n, seconds in best.items()]
-        print(f"{width} px, {budget} Gaussians, same bytes {same}: {', '.join(cells)}", flush=True)
+                start = time.perf_counter()
+                found.append(np.asarray(work()).tobytes())
+                if i < 2:
+                    wall[i] = min(wall[i], time.perf_counter() - start)
+                if "trials" not in name:
+                    alone[i] = min(alone[i], by_ranges(work, count))
+            same = same and len(set(found)) == 1
+        ranges = " / ".join(f"{alone[0] / one:.2f}" for one in alone[1:] if np.isfinite(one))
+        page += f"| {name} | {wall[0]:.4f} / {wall[1]:.4f} | {wall[0] / wall[1]:.2f} | "
+        page += f"{ranges} | {'yes' if same else 'no'} |\n"
+        print(page.splitlines()[-1], flush=True)
+        PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -197,21 +197,15 @@ def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     assert first.tried.fits == fits <= len(first.tried.trials) + 1
 
 
-def test_stated_targets_are_looked_at_where_that_is_asked_for(ring, tmp_path, capsys):
+def test_stated_targets_are_looked_at_where_that_is_asked_for(ring, tmp_path):
     asked = ("--targets", "every:4", "-k", 5)
     assert select(ring, *asked, "-o", tmp_path / "rule") == 0
-    assert "looked at" not in capsys.readouterr().out
     assert record_of(tmp_path / "rule")["tried"] is None
     assert select(ring, *asked, "--patience", "2s", "-o", tmp_path / "out") == 0
-    said, record = capsys.readouterr().out, record_of(tmp_path / "out")
-    assert "on the images of 6 targets" in said
-    assert "dB over the rule (fsel)" in said
-    tried = record["tried"]
+    tried = record_of(tmp_path / "out")["tried"]
     assert (tried["on_targets"], tried["selections"][0]["name"]) == (True, "fsel")
     assert tried["kept"] in {one["name"] for one in tried["selections"]}
     assert sum(one["fits"] for one in tried["selections"]) == tried["fits"]
-    for page in (said, (tmp_path / "out" / "report.html").read_text()):
-        assert f"kept: {tried['kept']}" in page
 
 
 def test_images_that_stay_unopened_are_not_tried_on(ring, tmp_path, capsys):

@@ -5,18 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.core.compiled import exact, inlined
-from fsel.reconstruct.gaussians.projection import (
-    COLUMNS,
-    HALF_X,
-    HALF_Y,
-    LEAN,
-    RANGE,
-    XX,
-    XY,
-    YY,
-    U,
-    V,
-)
+from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
 
 TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error
@@ -54,7 +43,7 @@ def arrange(order, place, rows, height, ordered, rank, lines, first, last):
     """
     for n in range(first, last):
         rank[order[n]] = n
-        for k in range(COLUMNS):
+        for k in range(rows.shape[1]):
             ordered[n, k] = rows[place[order[n]], k]
         lines[n, 0], lines[n, 1] = _lines(ordered, n, height)
 
