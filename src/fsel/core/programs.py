@@ -73,7 +73,7 @@ class Program(ABC):
     gpu: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
 
-    recipes: ClassVar[Path]  # folder of the scripts that `{recipes}` stands for
+    recipes: ClassVar = Path(__file__).parents[1] / "reconstruct" / "external" / "recipes"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "prefix", words_of("prefix", self.prefix))

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from fsel.core.programs import MissingRequirement, NoDevice, Program, Unfinished, tail, words_of
 from fsel.core.registry import settings_from
@@ -30,8 +30,6 @@ class Estimator(Program):
     """
 
     by: tuple[tuple[str, ...], ...] = ()
-
-    recipes: ClassVar = Path(__file__).parent / "recipes"
 
     def __post_init__(self) -> None:
         super().__post_init__()

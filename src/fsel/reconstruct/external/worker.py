@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from fsel.core import programs
 from fsel.core.programs import FAILED, TIMEOUT, Program, Unfinished, check_folder, words_of
@@ -43,8 +43,6 @@ class ExternalSettings(Program):
 
     serve: tuple[str, ...] = ()
     workspace: str | None = None
-
-    recipes: ClassVar = Path(__file__).parent / "recipes"
 
     def __post_init__(self) -> None:
         super().__post_init__()
