@@ -1,7 +1,6 @@
-"""Windows: paths as it writes them, and a module that it lacks; see `test_core` for the others."""
+"""Paths as Windows writes them; see `test_core` for the modules that it lacks."""
 
 import json
-import sys
 from pathlib import Path, PureWindowsPath
 
 import pytest
@@ -9,13 +8,6 @@ from small_captures import pose_anew, write_ring
 
 import fsel
 from fsel.captures.parsing import inside, slashed
-from fsel.reconstruct import configured
-
-
-def test_memory_is_not_counted_where_the_system_has_no_call_for_it(monkeypatch):
-    monkeypatch.setattr(sys, "platform", "win32")
-    monkeypatch.setitem(sys.modules, "resource", None)
-    assert configured._highest() == 0
 
 
 def as_windows_wrote_it(folder):

@@ -8,7 +8,7 @@ from argparse import ArgumentTypeError
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from small_captures import pose_anew, run, select, write_ring
+from small_captures import pose_anew, select, write_ring
 
 from fsel.cli.options import size_in_bytes, words
 from fsel.cli.parser import parsed
@@ -102,13 +102,6 @@ def test_words_between_commas_are_read_as_people_write_them():
     assert words("fsel, uniform,,fsel,") == ["fsel", "uniform"]
     with pytest.raises(ArgumentTypeError, match="is empty"):
         words(" ,")
-
-
-def test_the_version_is_told(capsys):
-    with pytest.raises(SystemExit) as stop:
-        run("--version")
-    assert stop.value.code == 0
-    assert capsys.readouterr().out == "fsel 0.1.0\n"
 
 
 def test_negative_exponents_are_numbers():

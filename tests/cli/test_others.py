@@ -239,15 +239,3 @@ def test_reconstruct_refuses_lists_without_sense(lines, said, capture, tmp_path,
     assert run("reconstruct", capture, "--frames", tmp_path / "frames.txt", "-o", out) == 1
     assert said in capsys.readouterr().err
     assert {path.name for path in tmp_path.iterdir()} == {"capture", "frames.txt"}
-
-
-def test_an_existing_scene_is_replaced_only_when_forced(capture, tmp_path, capsys):
-    out = tmp_path / "scene.ply"
-    out.write_text("mine")
-    asked = ["reconstruct", capture, "--reconstructor", "splats", "-o", out]
-    assert run(*asked) == 1
-    assert "--force" in capsys.readouterr().err
-    assert out.read_text() == "mine"
-    assert run(*asked, "--force", "--quiet") == 0
-    assert out.read_bytes().startswith(b"ply\n")
-    assert capsys.readouterr().out == ""

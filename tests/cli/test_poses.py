@@ -321,20 +321,3 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     assert opening._digest([Source(one)], Sampling(10), None, "sift") == keys[0]
     one.write_bytes(b"another video")
     assert opening._digest([Source(one)], wide, None, "sift") != keys[0]
-
-
-def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):
-    from fsel.cli import demo
-
-    monkeypatch.setattr(demo, "FRAMES", 12)
-    monkeypatch.setattr(demo, "SIZE", (64, 48))
-    assert run("demo", "garden", "-o", tmp_path / "garden") == 0
-    assert "walk.mp4" in capsys.readouterr().out
-    assert run("info", tmp_path / "garden", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["frames"] == 12
-    film = cv2.VideoCapture(str(tmp_path / "garden" / "walk.mp4"))
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 12
-    assert run("demo", "garden", "-o", tmp_path / "garden") == 1
-    refused = capsys.readouterr()
-    assert "exists already" in refused.err
-    assert refused.out == ""

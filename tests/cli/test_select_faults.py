@@ -6,7 +6,6 @@ import signal
 from pathlib import Path
 
 import cv2
-import numpy as np
 import pytest
 from small_captures import camera_path, record_of, ring, select
 
@@ -37,18 +36,6 @@ def test_bad_input_is_refused_in_one_line(asked, said, capture, tmp_path, monkey
     assert len(printed.strip().splitlines()) == 1
     assert all(part in printed for part in said), printed
     assert {path.name for path in tmp_path.iterdir()} == {"capture", "names.txt", "path.json"}
-
-
-def test_an_algebra_without_an_answer_names_the_capture(capture, tmp_path, monkeypatch, capsys):
-    def fail(*_args, **_keywords):
-        raise np.linalg.LinAlgError("Singular matrix")
-
-    monkeypatch.setattr("fsel.cli.select.select_frames", fail)
-    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 1
-    printed = capsys.readouterr().err
-    assert printed.startswith(f"fsel: {capture}: ")
-    assert "Singular matrix" in printed
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
