@@ -2,7 +2,7 @@
 
 Inputs: trajectories, and canonical captures of all train scenes.
 Outputs: <results>/selector/seed{seed}.safetensors (`less_is_more`), and those of its variants in
-folders beside it, <results>/selector/fsel/seed{seed}.json, each with a log of its training beside it.
+folders beside it, each with a log of its training beside it.
 """
 
 
