@@ -19,7 +19,7 @@ FILES = {
     "less_is_more": "less_is_more.safetensors",
     "less_is_more_no_appearance": "less_is_more_no_appearance.safetensors",
 }
-"""Policy -> file in `FOLDER`; `make weights` remakes them."""
+"""Policy -> file in `FOLDER`; `make labels` remakes those of `less_is_more`."""
 DEFAULT = "fsel"
 NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside a linear rule
 
