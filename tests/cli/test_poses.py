@@ -313,11 +313,15 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     wide, close = Sampling(10), Sampling(20)
     asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
     keys = [
-        opening._digest([Source(path) for path in paths], how, None, "sift") for paths, how in asked
+        opening._digest([Source(path) for path in paths], how, None, "sift", None)
+        for paths, how in asked
     ]
-    keys += [opening._digest([Source(one)], wide, Estimator(by=[word]), "sift") for word in "ab"]
-    keys.append(opening._digest([Source(one)], wide, None, "xfeat"))
-    assert len(set(keys)) == 7
-    assert opening._digest([Source(one)], Sampling(10), None, "sift") == keys[0]
+    keys += [
+        opening._digest([Source(one)], wide, Estimator(by=[word]), "sift", None) for word in "ab"
+    ]
+    keys.append(opening._digest([Source(one)], wide, None, "xfeat", None))
+    keys.append(opening._digest([Source(one)], wide, None, "sift", Estimator(by=["a"])))
+    assert len(set(keys)) == 8
+    assert opening._digest([Source(one)], Sampling(10), None, "sift", None) == keys[0]
     one.write_bytes(b"another video")
-    assert opening._digest([Source(one)], wide, None, "sift") != keys[0]
+    assert opening._digest([Source(one)], wide, None, "sift", None) != keys[0]

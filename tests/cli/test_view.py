@@ -44,7 +44,7 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
     said = capsys.readouterr().out
     assert "24 cameras, colmap: 5 picked, 3 held out, 16 left out" in said
     content = data_of(out.read_text())
-    assert 'id="keep-file"' in out.read_text()  # of the report, which holds the scene
+    assert 'id="keep"' in out.read_text()  # of the report, which holds the scene
     picks = [entry for entry in content["cameras"] if entry["state"] == "pick"]
     record = json.loads((made / "picked" / "selection.json").read_text())
     orders = {entry["name"]: entry["order"] for entry in record["frames"]}
