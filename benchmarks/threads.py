@@ -38,9 +38,9 @@ WITHIN = 0.02  # of the extent of the cameras
 SHARED, COUNTS = (losses, optimiser, render, reconstructor), (1, 2, 4, 8)
 HEAD = """# Seconds by threads
 
-`python benchmarks/threads.py`, on {cores} cores that others used too (load {load:.0f}).
-The second column says little where the load is above the cores. By ranges: times as fast by the
-processor's seconds until the last thread would end, without others and the way to a thread.
+`python benchmarks/threads.py`, on {cores} cores, at a load of {load:.1f} when it began: the second
+column says little where others use the cores. By ranges: times as fast by the processor's seconds
+until the last thread would end, without others and the way to a thread.
 
 | | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8 threads | same bytes |
 |---|---|---|---|---|
