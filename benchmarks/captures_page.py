@@ -85,7 +85,7 @@ def _head(table: pd.DataFrame) -> str:
     held, (side,) = _held_out(table), table["side"].unique()
     told = table[table["method"] == TOLD]
     starts, budgets = (", ".join(map(str, sorted(told[by].unique()))) for by in ("start", "k"))
-    known = f"`fsel` with targets known is told of them, from frame {starts} on (K = {budgets}). "
+    known = f"`fsel` with targets known is given them, from frame {starts} on (K = {budgets}). "
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
     )

@@ -38,7 +38,7 @@ def model_of(names, poses=None):
 
 @pytest.fixture
 def scripted(monkeypatch):
-    """No video is read and nothing matched: frames are black, and COLMAP places what it is told.
+    """No video is read and nothing matched: frames are black, and COLMAP places what the test says.
 
     Returns:
         A list of the frames that it places, an entry a run, or a cause of failure; and a list that

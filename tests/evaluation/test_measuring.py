@@ -18,7 +18,7 @@ from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.policies import POLICIES, RENAMED
 from fsel.selectors.scorer import Linear, Network, Scorer
-from fsel.training.scorers import save_scorer
+from fsel.stages.train import save_scorer
 
 SUFFIX = {Linear: ".json", Network: ".safetensors"}
 

@@ -186,10 +186,10 @@ def notes(found: dict | None) -> list[str]:
 
 def _masks(opening: Opening) -> Path | Estimator | None:
     """Return the folder of masks that features are kept to, or the program that makes them."""
+    if opening.by and (opening.pose_masks or opening.mask_by):
+        raise ValueError(f"{opening.paths[0]}: masks are for COLMAP, not for --by")
     if opening.pose_masks is None:
         return program(opening.mask_by, "mask-by")
-    if opening.by:
-        raise ValueError(f"{opening.pose_masks}: masks are for COLMAP, not for --by")
     if not Path(opening.pose_masks).is_dir():
         raise FileNotFoundError(f"{opening.pose_masks}: no such folder of masks")
     return Path(opening.pose_masks)

@@ -53,14 +53,15 @@ class Source:
 
 def looked_at(source: Source) -> Source:
     """Return a source that says whether most of its images show all directions."""
-    width, height = image_files.size_of(source.first)
+    first = source.first
+    width, height = image_files.size_of(first)
     if width != 2 * height:
         return source
     photos = [photo for photo in source.photos if not image_files.is_heic(photo)]
     few = [photos[i] for i in evenly(len(photos), LOOKED)]
-    if isinstance(source.first, VideoFrame):
+    if isinstance(first, VideoFrame):
         frames = evenly(min(FIRST, video.Sampling().part(source.path)[0] or 1), LOOKED)
-        few = [replace(source.first, index=i) for i in frames.tolist()]
+        few = [replace(first, index=i) for i in frames.tolist()]
     joined = sum(video.is_panorama(image_files.load(image)) for image in few)
     return replace(source, panoramic=2 * joined > len(few))
 

@@ -31,7 +31,6 @@ from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
 from fsel.selection.select import examined_targets, select_frames
 from fsel.selection.targets import Targets
-from fsel.selectors.policies import ScoringMethod
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
@@ -42,7 +41,6 @@ ORDER = " It may order close selections differently: to decide, use --reconstruc
 QUICK = {"steps": 500, "gaussians": 5000}  # of FINE, where no reconstructor is named
 FIT_SECONDS, FIT_SIDE = 6.6, 192  # of one fit on one core, at so many pixels
 MOST_SECONDS = 60.0  # for all fits by FINE before COARSE is the default
-INFORMED = ("nearest", "mvsnet")  # baselines that read the cameras of the targets
 Picks = dict[Cell, list[np.ndarray]]
 
 
@@ -114,7 +112,7 @@ def _how(args: argparse.Namespace, capture: Capture, methods: Sequence[Method]) 
     width, height = capture.size
     how = f"Reconstructed by {args.reconstructor} and scored at {width}x{height} pixels."
     how += ORDER if args.reconstructor == COARSE else ""
-    given = [m.name for m in methods if isinstance(m, ScoringMethod) or m.name in INFORMED]
+    given = [method.name for method in methods if method.aimed]
     others = [name for name in args.methods if name not in given]
     how += f" The cameras of the held-out frames are known to {', '.join(given) or 'no method'}"
     how += f", not to {', '.join(others)}." if given and others else "."

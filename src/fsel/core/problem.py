@@ -103,6 +103,7 @@ class Method:
         reads: which of `appearance`, `sharpness` and `images` it looks at; others are left out.
         tracks: whether it looks at sparse points and the frames that see them.
         begins: whether it begins with the problem's `fixed_picks`.
+        aimed: whether it knows the targets, or their proxies.
     """
 
     name: str
@@ -114,6 +115,7 @@ class Method:
     reads: tuple[str, ...] = ()
     tracks: bool = False
     begins: bool = False
+    aimed: bool = False
 
 
 def checked_select(

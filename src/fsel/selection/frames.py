@@ -33,10 +33,11 @@ def frames_wished(capture: Capture, wish: Wish) -> np.ndarray:
 
 def is_stated(wish: Wish) -> bool:
     """Return whether frames are named; files of their names must be there."""
-    for word in _words(wish):
+    words = _words(wish)
+    for word in words:
         if Path(word).suffix in LISTS and not Path(word).is_file():
             raise FileNotFoundError(f"{word}: no such file of frame names, one a line")
-    return wish is not None and np.size(wish) > 0  # type: ignore[arg-type]
+    return bool(words) or (not isinstance(wish, str | Path | None) and np.size(wish) > 0)
 
 
 def _words(wish: Wish) -> list[str]:

@@ -50,6 +50,7 @@ class ScoringMethod(Method):
 
     scorer: Scorer
     ranked: Ranked
+    aimed: bool = True
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 
-from fsel.core.files import File, Files, chosen, read_columns, write_table
+from fsel.core.files import File, Files, atomic, chosen, read_columns, write_table
 from fsel.selectors.policies import KNOWN
-from fsel.selectors.scorer import Network
+from fsel.selectors.scorer import Linear, Network
 from fsel.training import imitation
-from fsel.training.scorers import save_scorer
 
 logger = logging.getLogger(__name__)
 
@@ -51,3 +51,12 @@ def train(
         write_table(record, log, units={"loss": "nats"}, config=config)
         losses = dict(zip(record["split"][-2:], record["loss"][-2:].round(4), strict=True))
         logger.info("%s, seed %d: %s; loss %s", policy, seed, made, losses)
+
+
+def save_scorer(
+    scorer: Linear | Network, policy: str, made_by: str, seed: int, config: str, path: File
+) -> None:
+    """Write a scorer with its provenance, whole or not at all."""
+    provenance = {"policy": policy, "made by": made_by, "seed": str(seed), "config": config}
+    with atomic(path) as temporary:
+        replace(scorer, provenance=provenance).save(temporary)

@@ -13,7 +13,7 @@ import numpy as np
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
 from fsel.captures.images import files as image_files
-from fsel.captures.images.masks import load_white
+from fsel.captures.images.masks import MASKS, load_white
 from fsel.core.programs import MissingRequirement
 
 SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
@@ -100,7 +100,7 @@ def extract(database: Path, folder: Path, names: Sequence[str], kind: str) -> No
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
             points, descriptors = network(kind).find(image_files.load(folder / name))
-            mask = folder.with_name("masks") / f"{name}.png"
+            mask = folder.with_name(MASKS) / f"{name}.png"
             if mask.is_file():
                 columns, rows = points[:, :2].astype(int).T
                 kept = load_white(mask)[rows, columns]

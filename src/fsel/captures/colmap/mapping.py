@@ -85,10 +85,10 @@ def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> i
             cameras = [model.cameras[image.camera_id] for image in images]
             sides = [max(camera.width, camera.height) for camera in cameras]
             seen = zip(cameras, sides, pair.places, strict=True)
-            rays = [camera.cam_from_img(side * places) for camera, side, places in seen]
-            poses = [image.cam_from_world().matrix() for image in images]
+            one, other = (camera.cam_from_img(side * places) for camera, side, places in seen)
+            first, second = (image.cam_from_world().matrix() for image in images)
             focal = cameras[0].mean_focal_length() / sides[0]
-            distances = epipolar_distances(*rays, *poses, UNIT, UNIT)  # type: ignore[call-arg]
+            distances = epipolar_distances(one, other, first, second, UNIT, UNIT)
             count += int((distances * focal < AGREES).sum())
     return count
 

@@ -15,11 +15,11 @@ from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
+from fsel.captures.images.masks import MASKS
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.core.limits import threads
 from fsel.core.wording import counted
 
-MASKS = "masks"  # beside the folder of images
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 SEED = 0
 MIN_PLACED = 3

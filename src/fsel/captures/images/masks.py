@@ -9,6 +9,7 @@ import numpy as np
 
 from fsel.captures.images import files as image_files
 
+MASKS = "masks"  # folder beside that of images that are placed
 WHITE = 128  # least value of a mask's pixels that count
 TINT = 32  # difference of a pixel's channels from which it is in colour: JPEG tints grey by less
 COLOURED = 0.01  # share of such pixels from which an image is no mask

@@ -24,6 +24,7 @@ ROUNDED = 1.0  # seconds by which players round a video's length
 SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
 HDR = (16, 18)  # transfer functions PQ and HLG (ITU-T H.273)
 HEADER = 1 << 16  # bytes of a Matroska file in which it describes its streams
+ENDS = 1 << 24  # bytes of an MP4, first and last, in which it does: the rest is images
 TO_SDR = (
     "is HDR, and its colours are taken as they are coded, flat. Hint: ffmpeg -i {path} -vf "
     "zscale=t=linear:npl=100,format=gbrpf32le,zscale=p=bt709,tonemap=hable,"
@@ -159,7 +160,9 @@ def _opened(path: Path) -> cv2.VideoCapture:
 def is_hdr(path: Path) -> bool:
     """Return whether a video says that its light is coded as HLG or PQ, in MP4, MOV or MKV."""
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
-        at = max(content.rfind(b"colrnclx"), content.rfind(b"colrnclc"))
+        spans = (max(len(content) - ENDS, 0), len(content)), (0, ENDS)
+        boxes = (content.rfind(b"colrncl" + end, *span) for span in spans for end in (b"x", b"c"))
+        at = next((box for box in boxes if box >= 0), -1)
         code = content[at + 11] if at >= 0 else 0
         found = content.find(b"\x55\xba\x81", 0, HEADER)  # Matroska's name of the same number
         return (code or (content[found + 3] if found >= 0 else 0)) in HDR

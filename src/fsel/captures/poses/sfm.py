@@ -20,7 +20,7 @@ from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.model import observed, points_of, points_reader, rigid_of, write_model
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images import files as image_files
-from fsel.captures.images.masks import mask_of
+from fsel.captures.images.masks import MASKS, mask_of
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import RawCapture
 from fsel.core.capture import Capture
@@ -172,7 +172,7 @@ def _mapped(
 
 def _mask(raw: RawCapture, names: Sequence[str], folder: Path, masks: Path | Estimator) -> None:
     """Write the masks of images, which features are kept to, as `masks/NAME.png`, if not there."""
-    output, known = folder / runs.MASKS, dict(enumerate(raw.names))
+    output, known = folder / MASKS, dict(enumerate(raw.names))
     output.mkdir(exist_ok=True)
     new = [i for i, name in enumerate(names) if not (output / f"{name}.png").is_file()]
     place = folder / "masking"
@@ -180,9 +180,9 @@ def _mask(raw: RawCapture, names: Sequence[str], folder: Path, masks: Path | Est
         shutil.rmtree(place, ignore_errors=True)
         place.mkdir()
         made = runs.linked([raw.images[i] for i in new], place / "images", ())
-        masks.write(place, place / runs.MASKS, "masks")
+        masks.write(place, place / MASKS, "masks")
         known = dict(zip(new, made, strict=True))
-    given = masks if isinstance(masks, Path) else place / runs.MASKS
+    given = masks if isinstance(masks, Path) else place / MASKS
     for i in new:
         white = mask_of(given, known[i], folder / "images" / names[i])
         image_files.write(white[None] * np.uint8(255), output, [f"{names[i]}.png"])

@@ -130,17 +130,9 @@ def depth_error(model: Model, bench: BenchCase) -> float:
 
 def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
     """Render (T, h, w) inverse depth: every splat is painted with its own."""
-    width, height = views.size
-    out = np.empty((len(views), height, width))
-    for t, pose in enumerate(model.frame.local_poses(views.world_to_camera)):
-        depth = pose[2, :3] @ model.splats[:3] + pose[2, 3]
-        share = np.clip(model.near / np.maximum(depth, model.near), 0, 1)
-        paint = np.repeat(255 * share[:, None].astype(np.float32), 3, axis=1)
-        alone = views.subset(slice(t, t + 1))
-        out[t] = replace(model, colors=paint).render(alone)[0, :, :, 0] / (
-            model.near * model.frame.unit
-        )
-    return np.maximum(out, np.finfo(np.float32).tiny)
+    shown = model.painted(views, lambda z: np.clip(model.near / np.maximum(z, model.near), 0, 1))
+    inverse = (shown / (model.near * model.frame.unit)).astype(np.float64)
+    return np.maximum(inverse, np.finfo(np.float32).tiny)
 
 
 def true_depth(

@@ -174,13 +174,17 @@ def draw(
 def _draw_settings(axis, settings: pd.DataFrame) -> None:
     """Draw a marker a setting, its values tied to the default, which is a star."""
     default = settings[settings["default"]].iloc[-1]
+    beside = (((4, 3), "left"), ((4, -8), "left"), ((-4, 2), "right"))
     for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
         changed = part[~part["default"]].sort_values("seconds")
         lost = default["psnr"] - changed["psnr"]
         for row, gap in zip(changed.itertuples(), lost, strict=True):
             axis.plot((row.seconds, default["seconds"]), (gap, 0), "-", color="0.8", linewidth=0.6)
-            beside = {"xytext": (4, 2), "textcoords": "offset points"}
-            axis.annotate(row.value, (row.seconds, gap), **beside, fontsize=6)
+            if abs(gap) < 0.12 and 0.7 < row.seconds / default["seconds"] < 1.4:
+                continue  # under the star; the table has it
+            offset, side = beside[i % len(beside)]
+            place = {"xytext": offset, "textcoords": "offset points", "ha": side}
+            axis.annotate(row.value, (row.seconds, gap), **place, fontsize=6)
         face = "white" if i % 2 else "0.4"
         style = {"markerfacecolor": face, "markeredgecolor": "black", "markersize": 5}
         axis.plot(changed["seconds"], lost, MARKERS[i], linestyle="none", label=name, **style)

@@ -6,6 +6,7 @@ Matching costs and depth maps are cached, since a search meets the same pairs of
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -209,6 +210,17 @@ class SplatModel(Fitted):
     def positions(self) -> np.ndarray:
         """(n, 3) float64 centres of the splats, world units."""
         return self.splats[:3].T * self.frame.unit + self.frame.origin
+
+    def painted(self, views: Views, level: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return (T, h, w) float32 renderings of splats painted with levels in [0, 1] that `level`
+        makes of their (n,) depths in a view, in the frame's units."""
+        shown = []
+        for t, pose in enumerate(self.frame.local_poses(views.world_to_camera)):
+            share = level(pose[2, :3] @ self.splats[:3] + pose[2, 3])
+            paint = np.repeat(255 * share[:, None].astype(np.float32), 3, axis=1)
+            alone = replace(self, colors=paint).render(views.subset(slice(t, t + 1)))
+            shown.append(alone[0, :, :, 0])
+        return np.stack(shown)
 
     def render(self, views: Views) -> np.ndarray:
         """Return (T, h, w, 3) float32 images in [0, 1] at the given poses."""

@@ -36,7 +36,13 @@ def facility_location(problem: Problem, k: int, rng: np.random.Generator) -> np.
     return pool[locate(lambda rows: score_rows(rows, seen), bounds, k)]
 
 
-METHOD = Method("mvsnet", "MVSNet score", "observed", nested=True, select=select, tracks=True)
+METHOD = Method(
+    "mvsnet", "MVSNet score", "observed", nested=True, select=select, tracks=True, aimed=True
+)
 LOCATION = replace(
-    METHOD, name="mvsnet_location", label="MVSNet, facility location", select=facility_location
+    METHOD,
+    name="mvsnet_location",
+    label="MVSNet, facility location",
+    select=facility_location,
+    aimed=False,
 )

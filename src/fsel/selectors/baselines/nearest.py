@@ -32,4 +32,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return nearest(problem, problem.observed, k)
 
 
-METHOD = Method("nearest", "Nearest", "observed", nested=True, select=select)
+METHOD = Method("nearest", "Nearest", "observed", nested=True, select=select, aimed=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -21,12 +19,11 @@ class Inconsistency:
         self.images, self.cameras = model.render(views), views.intrinsics
         self.poses = model.frame.local_poses(views.world_to_camera)
         self.points = np.empty(self.images.shape)  # that the pixels show
+        depth = self.poses[:, 2, :3] @ model.splats[:3] + self.poses[:, 2, 3:]
+        most = depth.max(initial=1e-9)
+        shown = most * model.painted(views, lambda z: np.maximum(z, 0) / most)[..., None]
         for at, (pose, k) in enumerate(zip(self.poses, self.cameras, strict=True)):
-            depth = np.maximum(pose[2, :3] @ model.splats[:3] + pose[2, 3], 0)
-            most = depth.max(initial=1e-9)
-            shade = np.repeat(depth[:, None] / most * 255, 3, axis=1).astype(np.float32)
-            shown = replace(model, colors=shade).render(views.subset(slice(at, at + 1)))[0] * most
-            self.points[at] = (pixel_rays(k, *views.size) * shown - pose[:, 3]) @ pose[:, :3]
+            self.points[at] = (pixel_rays(k, *views.size) * shown[at] - pose[:, 3]) @ pose[:, :3]
         self.least = np.full(self.images.shape[:3], np.inf)
 
     def scores(self) -> np.ndarray:
