@@ -16,7 +16,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import search_table, searched
+from fsel.training.search import search_table, searched
 
 logger = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ def label(
 
     Args:
         splits: what `fsel.stages.split_labelled` wrote.
-        labels: receives the subsets, see `fsel.training.labelling.search_table`.
+        labels: receives the subsets, see `fsel.training.search.search_table`.
         coverage: per cent.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.

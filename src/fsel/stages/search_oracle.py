@@ -15,8 +15,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import search_table, searched
-from fsel.training.search import random_search
+from fsel.training.search import random_search, search_table, searched
 
 SEARCHES = ("search", "random_search")
 

@@ -6,13 +6,17 @@ search that was cut off resumes by replaying with an `evaluate` that remembers.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
 from fsel.core.geometry import farthest_views
+from fsel.core.problem import Problem
+from fsel.core.split import Split
 from fsel.core.subsets import subset_key
+from fsel.metrics import METRICS, Metrics
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
 """(K,) ascending frames -> (3,) PSNR, SSIM, perceptual distance."""
@@ -54,10 +58,8 @@ class SearchResult:
 
 
 def fitness(metrics: np.ndarray) -> np.ndarray:
-    """(n,) mean of (n, 3) min-max normalised PSNR, SSIM and negated perceptual distance.
-
-    Paper, section 3.4. A metric that is equal for all subsets counts as 0 for all.
-    """
+    """Return (n,) means of (n, 3) min-max normalised PSNR, SSIM and negated perceptual distance
+    (paper, section 3.4); a metric equal for all subsets counts as 0."""
     signed = metrics * np.array([1.0, 1.0, -1.0])
     low, span = signed.min(axis=0), np.ptp(signed, axis=0)
     return ((signed - low) / np.where(span > 0, span, 1.0)).mean(axis=1)
@@ -202,3 +204,29 @@ def random_search(
 def _check_size(k: int, pool: np.ndarray) -> None:
     if not 1 <= k <= len(pool):
         raise ValueError(f"a subset of {k} frames cannot be drawn from a pool of {len(pool)}")
+
+
+def searched(
+    evaluate: Evaluate,
+    problem: Problem,
+    split: Split,
+    search: Mapping[str, Any],
+    rng: np.random.Generator,
+) -> SearchResult:
+    """Search a problem's candidates as a configuration's `search` asks for it (paper, section 3.4),
+    with metrics on the proxies."""
+    centers, k = problem.capture.centers, search["k"]
+    settings = GeneticSettings(**{own.name: search[own.name] for own in fields(GeneticSettings)})
+    return genetic_search(evaluate, split.candidates, split.region, centers, k, rng, settings)
+
+
+def search_table(
+    result: SearchResult, stored: int, metrics: Metrics = METRICS
+) -> dict[str, np.ndarray]:
+    """Return one row a distinct subset, in the order of evaluation; `rank` 0 is the fittest, and -1
+    are those beyond the `stored` fittest."""
+    rank = np.full(len(result.subsets), -1)
+    rank[result.best(stored)] = np.arange(min(stored, len(rank)))
+    table = {"generation": result.generation, "subset": result.subsets}
+    table |= zip(metrics, result.metrics.T, strict=True)
+    return {**table, "fitness": result.fitness, "rank": rank}
