@@ -90,11 +90,11 @@ onstart:
 rule all:
     default_target: True
     input:
-        inputs.expanded(
+        expand(
             "<tables>/{folder}ksweep.tex",
             folder=["", *experiment.extra_reconstructors],
         ),
-        inputs.expanded(
+        expand(
             "<figures>/{folder}heatmap.pdf",
             folder=["", *experiment.extra_reconstructors],
         ),

@@ -179,8 +179,7 @@ def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_pat
     assert asked({"by": ["true"], "gpu": True, "timeout": 36_000}) == (600, 1)
 
 
-def test_patterns_keep_the_braces_that_are_not_theirs():
-    assert inputs.expanded("{a}/{b}/{c}", a=[1, 2], c="x") == ["1/{b}/x", "2/{b}/x"]
+def test_inputs_of_the_wildcards_scene_and_of_named_ones():
     assert inputs.of_draws(experiment(), "t.parquet", [3]) == [
         "<results>/{dataset}/{scene}/draw3/t.parquet"
     ]

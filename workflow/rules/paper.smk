@@ -307,7 +307,7 @@ use rule evaluate_trials as evaluate_feature_sweep with:
     input:
         **inputs.captures([SCENE]),
         splits=inputs.of_draws(experiment, "split.parquet"),
-        picks=inputs.expanded(
+        picks=expand(
             "<results>/trials/feature_sweep/{trial}.parquet",
             trial=cases.feature_cases(experiment),
         ),
@@ -363,7 +363,7 @@ use rule evaluate_feature_sweep as evaluate_scorer_arch with:
     input:
         **inputs.captures([SCENE]),
         splits=inputs.of_draws(experiment, "split.parquet"),
-        picks=inputs.expanded(
+        picks=expand(
             "<results>/trials/scorer_arch/{trial}.parquet",
             trial=cases.scorer_cases(experiment),
         ),

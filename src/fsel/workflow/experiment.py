@@ -129,11 +129,8 @@ class Experiment(Settings):
         return section
 
     def with_obtainable_metrics(self, ask: bool, stored: bool = False) -> Experiment:
-        """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had.
-
-        Jobs do not `ask` the package index; where results are `stored` elsewhere, they do not see
-        what the run fetches.
-        """
+        """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had:
+        jobs do not `ask` the package index, nor see what a run with `stored` results fetches."""
         there = Path(str(self.lpips["weights"])).is_file()
         if not self.fetches_lpips or (there and not stored):
             return self
@@ -265,12 +262,6 @@ class Experiment(Settings):
         """Return the GPUs of reading a capture: one where its poses' program works on one."""
         return gpus_of(self.datasets.entries[wildcards.dataset]["poses"])
 
-    def labels(self, names: Iterable[str] | None = None) -> dict[str, str]:
-        """Map datasets, those in the tables by default, to their printed labels."""
-        entries = self.datasets.entries
-        chosen = [n for n in entries if self.scenes(n, "evaluation")] if names is None else names
-        return {name: entries[name]["label"] for name in chosen}
-
     def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
         """Return what a caption says of datasets, those in the tables by default, and settings."""
         name = reconstructor.rstrip("/") or next(iter(self.reconstructors))
@@ -294,16 +285,6 @@ class Experiment(Settings):
         """Return `facts` for the reconstructor in the wildcards, and how targets are held out."""
         facts = self.facts(reconstructor=wildcards.reconstructor)
         return {**facts, "hold_out": self.config["hold_out"]}
-
-    def places(self) -> dict[str, str]:
-        """Map dataset/scene to the place of evaluation scenes that may share one with another."""
-        places = {}
-        for d, s in self.evaluation_scenes:
-            given = self.datasets.entries[d].get("places", {})
-            shared = f"{given}/{s}" if isinstance(given, str) else given.get(s)
-            if shared is not None:
-                places[f"{d}/{s}"] = shared
-        return places
 
 
 def gpus_of(poses: str | Section) -> int | None:

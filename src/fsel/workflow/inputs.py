@@ -40,15 +40,6 @@ def figure_files(name: str) -> list[str]:
     return [f"<figures>/{name}.pdf", f"<figures>/{name}.png"]
 
 
-def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
-    """Expand a pattern with every combination of values; other braces stay as they are."""
-    texts = [pattern]
-    for key, each in values.items():
-        options = list(map(str, each))
-        texts = [text.replace(f"{{{key}}}", value) for text in texts for value in options]
-    return texts
-
-
 def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "") -> Paths:
     """Map kinds, keys of `FILES` with a prefix, to the files of a canonical capture."""
     return {f"{prefix}{kind}": f"{folder}/{FILES[kind]}" for kind in kinds}

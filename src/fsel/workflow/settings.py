@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, product
@@ -39,11 +39,9 @@ class Settings:
 
     @classmethod
     def load(cls, config: dict[str, Any], folder: Path, asks: bool = True) -> Self:
-        """Put defaults into a configuration and take it apart, without datasets that are not there;
-        refuse unknown keys, values that are not allowed, and keys that do not fit together.
-
-        A job need not ask where its run has: it may see no other data than its own inputs.
-        """
+        """Put defaults into a configuration and take it apart, without datasets that are not there,
+        which a job need not ask (it sees its inputs alone); refuse unknown keys, values, and keys
+        that do not fit together."""
         schemas = folder / "workflow" / "schemas"
         complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)
         path = Path(config["sources"] or folder / "config" / "sources.yaml")
@@ -112,6 +110,22 @@ class Settings:
     def evaluation_scenes(self) -> list[Scene]:
         """The scenes that the tables are of."""
         return self.with_role("evaluation")
+
+    def labels(self, names: Iterable[str] | None = None) -> dict[str, str]:
+        """Map datasets, those in the tables by default, to their printed labels."""
+        entries = self.datasets.entries
+        chosen = [n for n in entries if self.scenes(n, "evaluation")] if names is None else names
+        return {name: entries[name]["label"] for name in chosen}
+
+    def places(self) -> dict[str, str]:
+        """Map dataset/scene to the place of evaluation scenes that may share one with another."""
+        places = {}
+        for d, s in self.evaluation_scenes:
+            given = self.datasets.entries[d].get("places", {})
+            shared = f"{given}/{s}" if isinstance(given, str) else given.get(s)
+            if shared is not None:
+                places[f"{d}/{s}"] = shared
+        return places
 
     def problems(self, draws: int | None = None) -> list[str]:
         """List dataset/scene/draw of every evaluation problem, or of those of the first draws."""
