@@ -73,20 +73,12 @@ def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
 
 def rng_by_name(seed: int) -> RngFactory:
     """Seed generators by the problem's seed and the run's names: another method changes none."""
-
-    def of(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng(name_seed(seed, run.method.name, run.seed, k))
-
-    return of
+    return lambda run, k: np.random.default_rng(name_seed(seed, run.method.name, run.seed, k))
 
 
 def rng_by_draw(seed: int, draw: int) -> RngFactory:
     """Make generators seeded by numbers: all methods of one seed and budget start alike."""
-
-    def of(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng([seed, draw, run.seed, k])
-
-    return of
+    return lambda run, k: np.random.default_rng([seed, draw, run.seed, k])
 
 
 def picks_at(
@@ -108,11 +100,8 @@ def picks_at(
 def select(
     problem: Problem, runs: Iterable[Run], budgets: Sequence[int], rng_of: RngFactory
 ) -> dict[str, np.ndarray]:
-    """Pick frames by every run at every budget, one row a pick; `all` takes `Problem.sequence`.
-
-    Returned are method, pool (`candidates` or `observed`), seed, k, order, frame, name, seconds, in
-    `PICK_UNITS`.
-    """
+    """Pick frames by every run at every budget, one row a pick in `PICK_UNITS`: method, pool, seed,
+    k, order, frame, name, seconds; `all` takes `Problem.sequence`."""
     parts: list[Columns] = []
     for run in runs:
         method = run.method

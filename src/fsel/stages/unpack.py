@@ -11,7 +11,8 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
-from fsel.core.files import File, unfinished
+from fsel.core.files import File
+from fsel.core.outputs import staged
 
 logger = logging.getLogger(__name__)
 
@@ -37,21 +38,15 @@ def unpack(
         ValueError: for a broken or unsafe archive, one without that folder, or a file that is not
             there or has another sha256.
     """
-    archive, folder = Path(archive), Path(folder)
-    partial = unfinished(folder)
-    partial.mkdir()
-    try:
+    archive = Path(archive)
+    with staged(Path(folder), [archive], force=True) as partial:
         _extract(archive, inside, partial)
         for inner in sorted(partial.glob("*.zip")):
             _extract(inner, "", partial)
             inner.unlink()
         for name, wanted in (files or {}).items():
             _check_file(archive, partial / name, name, wanted)
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.replace(folder)
-        logger.info("%s: licence: %s", folder, licence or "see the page of its owners")
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    logger.info("%s: licence: %s", folder, licence or "see the page of its owners")
 
 
 def _check_file(archive: Path, path: Path, name: str, wanted: str) -> None:

@@ -13,7 +13,7 @@ from fsel.core.geometry import pose_distance
 from fsel.core.names import name_seed
 from fsel.core.split import Split
 from fsel.evaluation.latex import made_by, plain_table
-from fsel.evaluation.measuring import RngFactory, Run
+from fsel.evaluation.measuring import RngFactory
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, LEARNED
 from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of, led_rows, with_leads
@@ -98,10 +98,8 @@ def trials(
 
 
 def _rng_of_pass(seed: int, held_out: str, draw: int) -> RngFactory:
-    def of(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng([seed, run.seed, name_seed(held_out), k, draw])
-
-    return of
+    key = name_seed(held_out)
+    return lambda run, k: np.random.default_rng([seed, run.seed, key, k, draw])
 
 
 def crosscapture(
