@@ -42,10 +42,8 @@ def cache() -> Path:
 
 
 def unfinished(path: Path) -> Path:
-    """Return the name beside `path` under which this process of this machine writes it.
-
-    What processes of this machine that are gone left there is removed.
-    """
+    """Return the name beside `path` under which this process writes it; what gone processes of this
+    machine left there is removed."""
     path.parent.mkdir(parents=True, exist_ok=True)
     pattern = re.compile(rf"\.{host()}\.(\d{{1,9}})\.{re.escape(path.name)}")
     for other in path.parent.iterdir():
@@ -110,10 +108,8 @@ def digest(values: Mapping[str, Any]) -> str:
 
 
 def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
-    """Return twelve hexadecimal digits of files and of a mapping: what a result depends on.
-
-    Size and time of change stand for the content of a large file, such as a capture's images.
-    """
+    """Return twelve hexadecimal digits of files and of a mapping; size and time of change stand for
+    the content of large files."""
     total = hashlib.sha256(digest(values).encode())
     for path in map(Path, paths):
         stat = path.stat()
@@ -127,10 +123,8 @@ def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
 def write_table(
     table: Columns | pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
 ) -> None:
-    """Write a Parquet file whose schema metadata tells units and the config's `digest`.
-
-    The index of a DataFrame is dropped. `units`: column -> unit, for columns that have one.
-    """
+    """Write a Parquet file, without a DataFrame's index, whose schema metadata has units, column ->
+    unit, and the config's `digest`."""
     unknown = set(units) - set(table)
     if unknown:
         raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(table)}")

@@ -16,10 +16,8 @@ LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the h
 
 
 def merged(points: np.ndarray) -> np.ndarray:
-    """Return (n, 3) points, with coordinates made equal that only rounding tells apart.
-
-    Of cameras in one place, distances would else be noise, which standardising would blow up.
-    """
+    """Return (n, 3) points with coordinates made equal that only rounding tells apart, which
+    standardising would blow up."""
     out = points.copy()
     limit = ROUNDING * np.abs(points).max(initial=0.0)
     for column in out.T:
@@ -37,10 +35,8 @@ def centered(points: np.ndarray) -> np.ndarray:
 
 
 def distances_from_middle(centers: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return (N,) distances of (N, 3) centres from their median, and a spread for most of them.
-
-    It is the distances' 95th percentile, or the largest where that is zero; world units.
-    """
+    """Return (N,) distances of (N, 3) centres from their median, and their 95th percentile, or the
+    largest where that is zero."""
     distance = np.linalg.norm(centers - np.median(centers, axis=0), axis=1)
     return distance, float(np.percentile(distance, 95) or distance.max())
 
@@ -162,10 +158,8 @@ def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def pose_distance(
     centers_a: np.ndarray, axes_a: np.ndarray, centers_b: np.ndarray, axes_b: np.ndarray
 ) -> np.ndarray:
-    """Return the split's (A, B) distance in [0, 2] (paper, section 3.1).
-
-    Distance of (A, 3) and (B, 3) centres and viewing angle, each over its maximum (or 1 for 0).
-    """
+    """Return the split's (A, B) distance in [0, 2] (paper, section 3.1): of (A, 3) and (B, 3)
+    centres, and of axes, each over its maximum."""
     total = np.zeros((len(centers_a), len(centers_b)))
     for part in (pairwise_distances(centers_a, centers_b), pairwise_angles(axes_a, axes_b)):
         top = part.max()
@@ -182,10 +176,8 @@ def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
-    """Return the (O, 3) points of rays, t >= 0, closest to a centroid (paper, Appendix A.1).
-
-    `centers` and `axes` are (O, 3), of the reference views; `centroid` is the candidates', (3,).
-    """
+    """Return the (O, 3) points of rays, t >= 0, closest to a (3,) centroid (paper, Appendix A.1),
+    given (O, 3) centres and axes."""
     along = np.einsum("oi,oi->o", centroid - centers, axes)
     least = ROUNDING * np.abs(centers).max(initial=0.0)
     return centers + np.where(along > least, along, 0.0)[:, None] * axes

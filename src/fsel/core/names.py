@@ -9,10 +9,8 @@ from pathlib import Path
 
 
 def matched(names: list[str], others: list[str]) -> dict[str, int]:
-    """Return other name -> index into `names`: by whole names, else by file names, else by stems.
-
-    A way of comparing under which two of `names`, or two of `others`, are alike is passed over.
-    """
+    """Return other name -> index into `names` by whole names, else file names, else stems: the
+    first by which no two are alike."""
     for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
         rows = {key(name): i for i, name in enumerate(names)}
         pairs = {other: rows[key(other)] for other in others if key(other) in rows}

@@ -33,10 +33,8 @@ class Split:
     region: np.ndarray
 
     def table(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return one row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region.
-
-        Frames without a role, see `partition`, have no row.
-        """
+        """Return one row a frame that has a role: frame, name, role, proxy_of (-1 unless a proxy),
+        in_region."""
         frames = np.sort(np.concatenate([self.candidates, self.targets, self.proxies]))
         role, proxy_of = np.full(len(names), "candidate", object), np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
@@ -112,20 +110,16 @@ def _drawn(
 
 
 def plausible(capture: Capture) -> np.ndarray:
-    """Return the frames whose cameras are not `STRAY` times farther out than nearly all others.
-
-    One such pose decides the mean and deviation of every distance, and with them the features.
-    """
+    """Return the frames whose cameras are not `STRAY` times farther out than nearly all others; one
+    such pose would decide all features."""
     distance, radius = distances_from_middle(capture.centers)
     return np.flatnonzero(distance <= STRAY * radius)
 
 
 def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
-    """Match one distinct proxy to each of (H,) int64 targets, by least summed distance.
-
-    Candidates of the (R,) int64 `region` count as inside the target region. Frames that are not
-    `plausible` are neither proxies nor candidates.
-    """
+    """Match one distinct proxy to each of (H,) int64 targets by least summed distance; candidates
+    in the (R,) int64 `region` count as inside it, and only `plausible` frames are proxies or
+    candidates."""
     from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
 
     rest = np.setdiff1d(plausible(capture), targets)

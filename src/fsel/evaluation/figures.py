@@ -61,10 +61,8 @@ def plan_positions(capture: Capture) -> np.ndarray:
 
 
 def draw_cameras(axis: Axes, places: np.ndarray, targets: np.ndarray, size: float = 4.0) -> None:
-    """Draw all cameras as grey dots and the targets as open diamonds; equal scales, no ticks.
-
-    `places` are (N, 2), as of `plan_positions`; `size` is a diamond's, in points.
-    """
+    """Draw cameras at (N, 2) `plan_positions` as grey dots and the targets as open diamonds of a
+    size in points; equal scales, no ticks."""
     axis.plot(*places.T, "o", color="0.8", markersize=size / 2, markeredgewidth=0, zorder=1)
     axis.plot(
         *places[targets].T, "D", color="none", markeredgecolor="black", markersize=size, zorder=3

@@ -62,11 +62,9 @@ def sweep_table(
     caption: str,
     label: str,
 ) -> str:
-    """Set two datasets side by side, one row a method, one cell a budget.
-
-    `datasets` map names to LaTeX labels; `groups` methods to labels, a mapping for each group of
-    rows set apart by a rule; the best of a column among the `ranked` is set in bold.
-    """
+    """Set two datasets (name -> LaTeX label) side by side, one row a method (label by name, in
+    groups that a rule sets apart), one cell a budget, the best of a column of the `ranked` in
+    bold."""
     keyed = summary.set_index(["dataset", "method", "k", "metric"])
     scenes = summary.groupby("dataset")["n"].max().to_dict()
     sheet = _Sheet(keyed["mean"].to_dict(), scenes, budgets, higher_is_better, ranked)
@@ -95,12 +93,8 @@ def plain_table(
     columns: str | None = None,
     groups: Sequence[tuple[str, int]] = (),
 ) -> str:
-    """Write a table of ready cells in LaTeX.
-
-    Args:
-        columns: LaTeX's own; without, the first goes to the left, the others to the right.
-        groups: headings above the columns after the first, and how many columns each spans.
-    """
+    """Write a table of ready cells in LaTeX; `columns` are LaTeX's, by default the first to the
+    left, and `groups` headings over the columns after it, with how many each spans."""
     over = "".join(rf" & \multicolumn{{{width}}}{{c}}{{{title}}}" for title, width in groups)
     lines = [
         r"\begin{table}[t]",

@@ -89,12 +89,9 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
 
 
 def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
-    """Compute p of the claim that a method is ahead of every one of its rivals, given (m,) `gaps`
-    to them and their two-sided p; NaN where nothing is known.
-
-    The weakest of the comparisons decides (intersection-union test, Berger 1982): no rival is
-    chosen, and many rivals cost nothing.
-    """
+    """Compute p of a method being ahead of every rival, given (m,) `gaps` to them and their
+    two-sided p: the weakest comparison decides (intersection-union test, Berger 1982); NaN where
+    unknown."""
     return float(np.max(np.where((gaps > 0) | np.isnan(p), p, 1.0)))
 
 

@@ -27,11 +27,8 @@ def draw_means(
     evaluation: pd.DataFrame, metrics: Collection[str], *, by_seed: bool = False
 ) -> pd.DataFrame:
     """Average one draw's evaluation over targets within a seed, then over seeds unless `by_seed`:
-    one row a method and budget.
-
-    The method `all` has the budget `ALL_FRAMES`. Where a reconstruction did not finish, the metrics
-    are NaN, and a column outcome says why.
-    """
+    one row a method and budget, `ALL_FRAMES` of the method `all`; NaN, and a column outcome, where
+    a reconstruction did not finish."""
     table = evaluation.assign(k=evaluation["k"].where(evaluation["method"] != "all", ALL_FRAMES))
     means = table.groupby(["method", "k", "seed"])[list(metrics)].mean()
     keys = ["method", "k", "seed"] if by_seed else ["method", "k"]
@@ -89,10 +86,8 @@ class _Part:
                 self._seeds[metric, method, k] = parted[metric][k].to_numpy()
 
     def interval(self, column: Column, less: Column | None = None) -> Interval:
-        """Compute the interval of a column's mean over places, or of its difference to another.
-
-        It is NaN, of no places, where a reconstruction did not finish; unequal sets are refused.
-        """
+        """Compute the interval of a column's mean over places, or of its difference to another;
+        NaN, of no places, where a reconstruction did not finish."""
         if self.ended.keys() & {key[1:] for key in (column, less) if key is not None}:
             return Interval(np.nan, np.nan, np.nan, np.nan, 0)
         values = self._seeds.get(column, self._values[column][:, None])

@@ -43,10 +43,8 @@ def sweep_cells(
     facts: Mapping,
     by_seed: bool = False,
 ) -> pd.DataFrame:
-    """Return dataset, scene, place, draw, method, k, metrics: means over targets and seeds.
-
-    `problems` are `dataset/scene/draw0` of each file. With `by_seed`, one row a seed.
-    """
+    """Return dataset, scene, place, draw, method, k, metrics: means over targets and seeds, or one
+    row a seed; `problems` are `dataset/scene/draw0` of each file."""
     tables = []
     for problem, path in zip(problems, evaluations, strict=True):
         dataset, scene, draw = problem.split("/")

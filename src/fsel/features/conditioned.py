@@ -149,11 +149,9 @@ def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
 
 
 def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
-    """Return (n,) the value of one more of n rows to the views' points, their mean.
-
-    At rate r, of the picks' (O, Q) `visibility_counts`, a point is worth P(N >= 1) + P(N >= 2) = 2
-    - (2 + r) exp(-r), N being Poisson; the slope is (1 + r) exp(-r).
-    """
+    """Return (n,) value of one more of n rows to the views' points, their mean: with rate r, of the
+    picks' (O, Q) `visibility_counts`, P(N >= 1) + P(N >= 2) of a Poisson N has the slope (1 + r)
+    exp(-r)."""
     slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
     # einsum sums every row alike; a matrix product may part equal rows in their last bit
     worth = np.einsum("omq,oq->om", visible.seen, slope)

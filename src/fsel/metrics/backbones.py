@@ -132,10 +132,8 @@ class Lpips:
     def distances(
         self, images: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return (T,) float64 distances of images from the truth, in batches; see `lpips.score`.
-
-        Features of a truth of one batch are kept: a problem has one, and hundreds of renderings.
-        """
+        """Return (T,) float64 distances of images from the truth, in batches; features of a truth
+        of one batch are kept, for a problem's many renderings."""
         height, width = images.shape[1:3]
         if min(height, width) < LEAST[self.net]:
             raise ValueError(

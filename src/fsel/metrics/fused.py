@@ -135,12 +135,8 @@ def _score(rendered, truth, masks):
 
 @reordered
 def _ssim(first, second, counted, width):
-    """Return the sum of SSIM over the windows of one channel that count.
-
-    The variances enter as their sum alone, so four fields are weighed: both (h * w,) images, the
-    sum of their squares, and their product. What is computed across the ends of rows does not
-    count: `counted` is 1 at the first pixel of a window that does. `width` is w.
-    """
+    """Return the sum of SSIM over the windows of one channel that count: `counted` is 1 at their
+    first pixels, so none reaches across the end of a row of `width`."""
     across = np.empty((4, len(first) - 2 * MARGIN), F)
     down = np.empty((4, across.shape[1] - 2 * MARGIN * width), F)
     field = np.empty(len(first), F)

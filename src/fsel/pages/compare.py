@@ -112,10 +112,8 @@ class Compared:
 
 
 def differences(compared: Compared) -> list[dict]:
-    """Return the rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n.
-
-    Where some frames are blurred, `sharp` has psnr, ci_low, ci_high and n of those that are not.
-    """
+    """Return the rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n, and
+    `sharp`, the same of frames that are not blurred, where some are."""
     entries = []
     for k, other in compared.pairs:
         sharp = compared.ahead_on_sharp(k, other)

@@ -28,10 +28,8 @@ class Line:
 
 
 def line_chart(lines: Mapping[str, Line], across: str, unit: str, label: str) -> str:
-    """Draw lines with their intervals over an axis; colours follow classes `line0`, `line1`, ...
-
-    `unit` is the format of the vertical axis, and `label` for those who do not see the chart.
-    """
+    """Draw lines with their intervals, classes `line0`, `line1`, ..., over an axis; `unit` formats
+    the vertical axis, and `label` is for those who do not see the chart."""
     width, height = CHART
     right, top = width - 12, 12
     low, high = _reach([np.concatenate([line.y, line.low, line.high]) for line in lines.values()])
@@ -100,10 +98,8 @@ def _ticks(low: float, high: float) -> np.ndarray:
 
 
 def timeline(rows: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[int]]) -> str:
-    """Draw one row a measure over all n frames, each scaled to its own greatest value.
-
-    Measures are (n,), NaN where not known; `marks` maps a class, as `pick`, to the frames it marks.
-    """
+    """Draw a row for each measure, (n,) of all frames or NaN, scaled to its greatest value; `marks`
+    maps a class, as `pick`, to the frames it marks."""
     count = len(next(iter(rows.values())))
     step = WIDE / count
     height = len(rows) * (NAME + ROW)

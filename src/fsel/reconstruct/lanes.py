@@ -73,14 +73,8 @@ def add_scaled(typing_context, total, at, scale, values, start):
 
 @intrinsic
 def blend(typing_context, out, values, rows, shares, sample, width, at):
-    """`out[at : at + 4]` becomes the weighted sum of four values of a sample's eight vertices.
-
-    Args:
-        out: (width,).
-        values: flat (n, width).
-        rows: flat (S, 8) int32, shares: flat (S, 8).
-        sample, width, at: int64.
-    """
+    """Write to `out[at : at + 4]` the weighted sum of four of the flat (n, width) values at the
+    eight vertices of a sample, flat (S, 8) rows and shares."""
     signature = types.void(out, values, rows, shares, types.int64, types.int64, types.int64)
 
     def generate(context, builder, signature, given):

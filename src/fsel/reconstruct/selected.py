@@ -42,11 +42,8 @@ class Frame:
 
 
 def distinct(frames: np.ndarray) -> np.ndarray:
-    """Return (K,) int64 frames as given, K >= 2.
-
-    Raises:
-        ValueError: for fewer than two, which hold no parallax, or repeated ones.
-    """
+    """Return (K,) int64 frames as given; ValueError for fewer than two, which hold no parallax, or
+    repeated ones."""
     frames = np.asarray(frames, np.int64)
     if len(frames) < 2 or len(np.unique(frames)) < len(frames):
         raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")

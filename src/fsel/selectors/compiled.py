@@ -141,9 +141,8 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
 
 @exact
 def _approximate_scores(selectable, base, inputs, narrow, out):
-    """Write (n,) float32 scores, less the last bias, of the rows not yet picked; return those rows.
-
-    The selection leaves `base` alone, (n, 64) float32 of the first layer."""
+    """Write (n,) float32 scores, less the last bias, of the rows not yet picked, given (n, 64)
+    `base` of the first layer that no pick changes; return those rows."""
     hidden, product = np.empty((BLOCK, WIDTH), np.float32), np.empty((BLOCK, WIDTH), np.float32)
     rows = np.flatnonzero(selectable)
     for start in range(0, len(rows), BLOCK):

@@ -73,15 +73,9 @@ def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarr
 
 
 def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
-
-    Returns:
-        (k,) int64 rows of the pool in pick order, and (k,) float64 their scores. Ties go to the
-        lowest row.
-
-    Raises:
-        ValueError: when k is not between 1 and the size of the pool.
-    """
+    """Pick k rows, the best-scored remaining one at each step, the lowest of equals (paper, Eq. 1
+    and 2); return (k,) int64 rows in pick order and (k,) float64 scores; ValueError unless 1 <= k
+    <= n."""
     check_budget(prepared, k)
     picks, scores = np.empty(k, np.int64), np.empty(k)
     if isinstance(scorer, Linear):

@@ -70,10 +70,8 @@ class Caster:
         return out
 
     def _lit(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) unit directions to the light, and (n,) whether it shines on a surface there.
-
-        No ray is cast from surfaces that face away from the light.
-        """
+        """Return (n, 3) unit directions to the light, and (n,) whether it shines on a surface
+        there; no ray is cast from those that face away."""
         if self.scene.outdoor:
             towards = np.tile(self.light, (len(points), 1))
             reach = np.full(len(points), np.inf, np.float32)
@@ -89,10 +87,8 @@ class Caster:
         return towards, lit
 
     def clearance(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return (n,) least distance from (n, 3) points to a surface, over (d, 3) directions.
-
-        A point from which the back of a triangle is seen lies within a solid: its clearance is 0.
-        """
+        """Return (n,) least distance from (n, 3) points to a surface, over (d, 3) directions; 0
+        within a solid, where the back of a triangle is seen."""
         origins = np.repeat(points.astype(np.float32), len(directions), axis=0)
         rays = np.tile(directions.astype(np.float32), (len(points), 1))
         which, distance = self.hit(origins, rays)

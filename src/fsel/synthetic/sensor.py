@@ -45,10 +45,8 @@ def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.nda
 
 
 def motion(begin, middle, end, depth, camera: Camera, rays) -> np.ndarray:
-    """Return (N,) pixels that the image moves in an exposure: 95th percentile over a frame.
-
-    The (N, 3, 4) poses are world-to-camera; (N, h, w) `depth`, 0 for sky, holds at the middle one.
-    """
+    """Return (N,) pixels that the image moves in an exposure, 95th percentile over a frame, by (N,
+    3, 4) poses and the middle one's (N, h, w) depth, 0 for sky."""
     moved = np.empty(len(depth))
     some = slice(GRID // 2, None, GRID)
     for i, z in enumerate(depth.reshape(len(depth), -1)[:, some]):

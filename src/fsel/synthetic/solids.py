@@ -95,10 +95,8 @@ class Scene:
         return choices[int(self.rng.integers(len(choices)))]
 
     def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return triangles (n, 3, 3) float32, their materials (n,) int32 and objects (n,) uint8.
-
-        Last is the table of materials. The number of no object is 0.
-        """
+        """Return triangles (n, 3, 3) float32, their materials (n,) int32 and objects (n,) uint8, 0
+        for none, and the table of materials."""
         numbers = np.zeros(len(self.meshes), np.uint8)
         for number, rows in self.objects.items():
             numbers[rows] = number

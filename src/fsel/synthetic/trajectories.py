@@ -73,10 +73,8 @@ def ring_walk(
     gaze=(0.6, 1.3),
     outward: bool = False,
 ) -> Path:
-    """Make a walk around a room's middle, looking across it at heights within `gaze`, metres.
-
-    With `outward`, it looks at the walls that are near instead.
-    """
+    """Make a walk around a room's middle, looking across it at heights within `gaze`, metres, or
+    with `outward` at the walls that are near."""
     turns = int(9 * loops) + 3
     start = rng.uniform(0, 2 * np.pi)
     angle = start + rng.choice([-1, 1]) * np.linspace(0, 2 * np.pi * loops, turns)
@@ -127,10 +125,8 @@ def timing(rng, still: np.ndarray) -> np.ndarray:
 
 
 def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
-    """Return (N, 3) angular velocities of hand shake, radians an exposure.
-
-    It is mild but for `count` runs of a few frames, none of them still, of about `strength`.
-    """
+    """Return (N, 3) angular velocities of hand shake, radians an exposure: mild but for `count`
+    runs of a few moving frames, of about `strength`."""
     shake = rng.normal(0, 0.0015, (len(still), 3))
     free = np.flatnonzero(~still)
     for start in rng.choice(free, size=count, replace=False):
@@ -190,10 +186,8 @@ def plan(
     habits: Habits,
     name: str = "frame_{:05d}",
 ) -> Shot:
-    """Share the frames among the paths and draw pauses, shake, exposure and losses.
-
-    Several passes have folders, in which the `name` of frames counts from nought.
-    """
+    """Share the frames among the paths and draw pauses, shake, exposure and losses; each of several
+    passes has a folder, in which `name` counts from nought."""
     counts = [len(part) for part in np.array_split(np.arange(frames), len(paths))]
     passes = []
     for path, n in zip(paths, counts, strict=True):

@@ -90,12 +90,9 @@ def passes(
     epochs: int,
     learning_rate: float,
 ) -> Iterator[tuple[int, list[float]]]:
-    """Fit a network in place by Adam, one update a trajectory, whose last entry is its weight w_m;
-    the others are for `cost`.
-
-    Yields the number of passes made, and the mean loss and agreement that the last one met: 0 and
-    nothing before the first update.
-    """
+    """Fit a network in place by Adam, one update a trajectory, whose last entry is its weight w_m,
+    the others are for `cost`; yield the passes made, and the mean loss and agreement of the last,
+    none at first."""
     # not fused it takes MKL's square root, which ends in other digits on other processors
     optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate, fused=True)
     rng = np.random.default_rng(seed)

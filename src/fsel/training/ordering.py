@@ -14,18 +14,9 @@ EPSILON = 1e-12
 
 
 def order_subset(distances: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    """Order frames so that each most reduces the views' distance to their nearest picked frame.
-
-    Once no other frame of the subset reduces anything, the one farthest from those picked is next,
-    which the paper leaves open: by the capture's order, the scorer would learn to pick neighbours.
-
-    Args:
-        distances: (K, O) of each frame of the subset to each optimisation view, any unit.
-        apart: (K, K) of the frames to one another, any unit; it decides ties.
-
-    Returns:
-        (K,) int64 rows of `distances` in pick order (paper, Eq. 3).
-    """
+    """Return (K,) int64 rows of (K, O) `distances` to views in pick order (paper, Eq. 3): each
+    reduces the views' distance to their nearest pick most; ties go to the row farthest from the
+    picks by (K, K) `apart`, or the scorer would learn to pick neighbours in capture order."""
     k = len(distances)
     remaining = np.full(distances.shape[1], np.inf)
     gap = np.zeros(k)

@@ -40,10 +40,8 @@ class Library:
         return digest({os.path.relpath(p, self.folder): self._contents[p] for p in files})
 
     def needed(self, module: str, unused: Collection[str] = ()) -> list[str]:
-        """Sorted paths of the files that a module needs, its own among them.
-
-        Entries of registries, `package.module:name`, that are `unused` are not followed.
-        """
+        """Return sorted paths of the files that a module needs, its own too, without entries of
+        registries, `package.module:name`, that are `unused`."""
         found, data, left = set[str](), set[str](), [module]
         while left:
             name = left.pop()

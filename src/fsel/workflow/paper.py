@@ -120,10 +120,8 @@ class Paper:
         return asked
 
     def check(self, configfiles: Sequence[str]) -> None:
-        """Refuse a run of some configuration files that needs what is not here, on one page.
-
-        Datasets may be missing where `allow_missing` is true, but the labelled one.
-        """
+        """Refuse a run of some configuration files that needs what is not here, on one page; with
+        `allow_missing`, datasets but the labelled one may be missing."""
         experiment, datasets = self.experiment, self.experiment.datasets
         others = requirements.missing_programs(experiment)
         requirements.check_scorers(experiment)
@@ -163,10 +161,8 @@ class Paper:
         return [*lines, f"  which makes {names}", *left_out]
 
     def compared(self, table: str) -> dict[str, Section]:
-        """Map the name of each reconstructor of a table to its section.
-
-        `reconchoice` has those of `transfer` unless it names its own.
-        """
+        """Map each reconstructor of a table to its section; `reconchoice` has those of `transfer`
+        unless it names its own."""
         own = self.experiment.config[table]["reconstructions"]
         given = self.experiment.config[TRANSFER]["reconstructions"] if own is None else own
         return reconstructors.named(given, f"{table}.reconstructions")

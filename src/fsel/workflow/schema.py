@@ -39,11 +39,8 @@ def _with_names(node: Any, enum: bool = False) -> Any:
 
 
 def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: str = "") -> None:
-    """Check values against a schema, and put its defaults into them where keys are left out.
-
-    A `Refusal` names the key, or `where` for the whole, what is wrong, what is allowed, and the
-    hint.
-    """
+    """Check values against a schema and put its defaults in; a `Refusal` names the key (`where`,
+    for the whole), what is wrong, what is allowed, and the hint."""
     try:
         _Filling(schema).validate(values)
     except ValidationError as fault:

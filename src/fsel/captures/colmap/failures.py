@@ -59,11 +59,8 @@ def cause(database: Path) -> str:
 
 
 def slides(database: Path) -> bool:
-    """Return whether the images are pieces of one picture: all matches of a pair move as a whole.
-
-    COLMAP tries for minutes to place such images, and what it places has no depth. Real scenes are
-    far from it: under a drone, 0.5 % of the longer side is left where 0.15 % is of one picture.
-    """
+    """Return whether all matches of a pair move as a whole: images that are pieces of one picture,
+    which COLMAP tries for minutes to place, without depth."""
     pairs, left = verified_pairs(database), []
     pairs = [pair for pair in pairs if _moved(pair) > MOVED]
     for one, other in (pairs[at].places for at in evenly(len(pairs), SAMPLE)):

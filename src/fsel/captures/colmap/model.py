@@ -123,10 +123,8 @@ def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None)
 
 
 def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPoints | None:
-    """Return sparse points with observations in the frames that `rows` numbers by image id.
-
-    Numbers that are not finite, and observations of a point that is not there, are refused.
-    """
+    """Return sparse points as seen in frames that `rows` numbers by image id; refuse numbers not
+    finite and observations of missing points."""
     parts = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb", "error"))
     keys, xyz, rgb, error = parts
     if not len(keys):

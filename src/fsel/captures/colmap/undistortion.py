@@ -25,11 +25,8 @@ MASKED_OUT = 127  # of a mask's 0 and 255, after interpolation
 
 
 def straight(camera: Camera) -> Camera:
-    """Return the PINHOLE camera of equal size whose every pixel the distorted image covers.
-
-    It is COLMAP's undistorted camera with its image brought back to the original size, so that
-    cameras that differ in distortion alone still give images of one size.
-    """
+    """Return the PINHOLE camera of equal size whose every pixel the distorted image covers:
+    COLMAP's undistorted one at the original size, so that images keep one size."""
     model = camera.colmap
     try:
         if not is_straight(camera):
@@ -54,13 +51,8 @@ def pinhole_of(model: pycolmap.Camera) -> tuple[float, ...]:
 def undistortion_maps(
     camera: Camera, pinhole: Camera, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two (h, w) float32 tables, for `cv2.remap`, of a straight image's pixels.
-
-    Args:
-        camera: of the distorted image, stated at its own size.
-        pinhole: of the straight image, at the same stated size.
-        size: (width, height) of both images; each axis is scaled from the stated size by itself.
-    """
+    """Return two (h, w) float32 tables for `cv2.remap` of a straight image's pixels; both cameras
+    are stated at one size, and `size` is that of the images."""
     width, height = size
     scale = np.array([width / camera.width, height / camera.height])
     fx, fy, cx, cy = pinhole.params

@@ -150,10 +150,8 @@ def _orientation(photo: Photo) -> int:
 
 
 def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
-    """Read an (h, w, 3) uint8 RGB image, or (h, w) grey where OpenCV's `flags` say so.
-
-    Pixels are as the file stores them: cameras describe those, before any turn that EXIF asks for.
-    """
+    """Read an (h, w, 3) uint8 RGB image, or (h, w) grey by OpenCV's `flags`, as stored, before any
+    turn that EXIF asks for."""
     if isinstance(source, VideoFrame):
         image = source.video.read(source.index)
         return image if flags & cv2.IMREAD_COLOR else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
@@ -162,11 +160,8 @@ def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
 
 
 def load_for(source: Image, long_side: int) -> np.ndarray:
-    """Read an (h, w, 3) uint8 RGB image for one whose longer side has `long_side` pixels.
-
-    A JPEG of more than 33 million pixels is decoded at a half, a quarter or an eighth of its size
-    where that still is twice the size to come: 8 MB for a panorama, in place of 480.
-    """
+    """Read an (h, w, 3) uint8 RGB image for one of `long_side` pixels: a JPEG of more than 33
+    million at a half, quarter or eighth where that is twice the size to come."""
     if isinstance(source, VideoFrame) or source.suffix.lower() not in JPEG:
         return load(source)
     width, height = size_of(source)

@@ -44,10 +44,8 @@ def choose_pairs(
 
 
 def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (n, 2) pixels of two (h, w, 3) images that agree with one fundamental matrix.
-
-    They are empty where too few agree; the top-left pixel's centre is at (0.5, 0.5).
-    """
+    """Return (n, 2) pixels of two (h, w, 3) images that agree with one fundamental matrix, none
+    where too few agree."""
     sift, nothing = cv2.SIFT.create(FEATURES), np.empty((0, 2))
     (a, descriptors_a), (b, descriptors_b) = (
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)
@@ -88,13 +86,8 @@ def epipolar_distances(
     ka: np.ndarray,
     kb: np.ndarray,
 ) -> np.ndarray:
-    """(n,) mean distance of each match to the two epipolar lines that the poses predict, pixels.
-
-    Args:
-        xa, xb: (n, 2) pixels.
-        pose_a, pose_b: (3, 4) world-to-camera.
-        ka, kb: (4,) fx, fy, cx, cy.
-    """
+    """Return (n,) mean pixels from each match, (n, 2) in both images, to the two epipolar lines
+    that (3, 4) poses and (4,) intrinsics predict."""
     rotation = pose_b[:, :3] @ pose_a[:, :3].T
     t = pose_b[:, 3] - rotation @ pose_a[:, 3]
     cross = np.array([[0, -t[2], t[1]], [t[2], 0, -t[0]], [-t[1], t[0], 0]])

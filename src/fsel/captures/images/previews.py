@@ -107,12 +107,9 @@ def in_turn(
     files: Sequence[image_files.Image],
     progress: Progress = in_silence,
 ) -> list:
-    """Return the results of work on the number of every file, in order.
-
-    Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
-    video one after the other, since reading backwards starts it again. An error or an interruption
-    ends the call after what is under way.
-    """
+    """Return the results of work on the number of every file, in order: by threads, since decoding
+    leaves the interpreter's lock, but frames of a video one by one. An error ends the call after
+    what is under way."""
     film = any(isinstance(file, image_files.VideoFrame) for file in files)
     pool = ThreadPoolExecutor(1 if film else threads())
     try:

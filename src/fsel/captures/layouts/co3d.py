@@ -31,10 +31,8 @@ def _annotations(folder: Path) -> Path | None:
 
 
 def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
-    """Read a sequence's frames in order of `frame_number`; the object's masks count.
-
-    `folder` is <category>/<sequence>, or a dataset of one; `min_quality` is of the viewpoints.
-    """
+    """Read a sequence, <category>/<sequence> or a dataset of one, in order of `frame_number`; its
+    viewpoints have at least `min_quality`, and the object's masks count."""
     path = _annotations(folder)
     if path is None:
         raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")

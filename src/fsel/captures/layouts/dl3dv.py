@@ -91,11 +91,9 @@ class Protocol:
 def read_protocol(
     file: str | Path, scene: str, folder: str | Path, names: Sequence[str]
 ) -> Protocol:
-    """Return one scene's protocol of Long-LRM's evaluation (Ziwen et al. 2025, 2410.12781) from the
-    authors' `dl3dv_fold_8_kmeans_input_idx.json`; ValueError where it does not fit the scene.
-
-    Every eighth frame is held out; the list has the places of the inputs in transforms.json.
-    """
+    """Return one scene's protocol of Long-LRM's evaluation (Ziwen et al. 2025), every eighth frame
+    held out, from the authors' `dl3dv_fold_8_kmeans_input_idx.json`; ValueError where it does not
+    fit."""
     file, folder = Path(file), Path(folder)
     try:
         entries = {entry["scene_name"]: entry for entry in json.loads(file.read_text())}

@@ -49,10 +49,8 @@ NUMBERS = ("w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", *LISTED)
 
 
 def read(folder: Path) -> RawCapture:
-    """Read transforms.json, and points from a model beside it or from its `ply_file_path`.
-
-    As in nerfstudio, a file without `applied_transform` beside colmap/sparse/0 carries the old one.
-    """
+    """Read transforms.json, and points from a model beside it or its `ply_file_path`; beside
+    colmap/sparse/0 a file without `applied_transform` carries the old one, as in nerfstudio."""
     own = folder / "colmap" / "sparse" / "0"
     undo = OLD_APPLIED_TRANSFORM if own.is_dir() else None
     raw = from_json(folder / "transforms.json", folder, undo=undo)

@@ -20,10 +20,8 @@ ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the f
 
 
 def read_dslr(folder: Path) -> RawCapture:
-    """Read dslr/ without bad and test frames; of masks only 255 counts.
-
-    The distorted images or, where those were not downloaded, the undistorted ones; they do not mix.
-    """
+    """Read dslr/ without bad and test frames, its distorted images or, without these, the
+    undistorted ones; of masks only 255 counts."""
     root = folder / "dslr"
     kind = "" if (root / "resized_images").is_dir() else "_undistorted"
     images_folder = f"resized{kind}_images"
@@ -60,11 +58,8 @@ def write_dslr(recording: Recording, folder: Path) -> None:
 
 
 def read_iphone(folder: Path) -> RawCapture:
-    """Read iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or in rgb/.
-
-    Frames that the COLMAP model of nerfstudio/transforms.json did not register are left out, and so
-    are its test frames, which are views of the DSLR.
-    """
+    """Read iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or in rgb/, of the
+    frames that nerfstudio/transforms.json registered and does not test on."""
     root = folder / "iphone"
     path = root / "pose_intrinsic_imu.json"
     raw = nerfstudio.from_json(

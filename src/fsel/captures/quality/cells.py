@@ -84,10 +84,8 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
 
 
 def sharpness(cells: Cells) -> np.ndarray:
-    """(N, 4) log of high frequencies over contrast, by direction; NaN where a frame shows little.
-
-    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it along it.
-    """
+    """Return (N, 4) log of high frequencies over contrast, by direction, which motion lowers along
+    it and a gain leaves; NaN where a frame shows little."""
     contrast = cells.variance.sum(axis=(1, 2))[:, None]
     ratio = cells.energy.sum(axis=(2, 3)) / np.maximum(contrast, LEAST_VARIANCE)
     enough = (cells.variance > 0).sum(axis=(1, 2)) >= LEAST_CELLS

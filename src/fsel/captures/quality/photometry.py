@@ -25,14 +25,9 @@ STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 
 
 def blur_beside(sharpness: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """(N,) times that frames beside each show as much detail, along the direction that lost most.
-
-    1 stands for as much as the second sharpest of them, since a burst blurs some.
-
-    Args:
-        sharpness: (N, 4) see `fsel.captures.quality.cells.sharpness`.
-        near: (N, m) frames beside each.
-    """
+    """Return (N,) times that the (N, m) frames beside each show as much detail, (N, 4)
+    `cells.sharpness`, along the direction that lost most; the second sharpest counts, since a burst
+    blurs some."""
     ordered = np.sort(np.nan_to_num(sharpness[near], nan=-np.inf), axis=1)
     usual = ordered[:, -2] if near.shape[1] > 1 else np.full_like(sharpness, np.nan)
     return np.exp(np.where(np.isfinite(usual), usual - sharpness, np.nan).max(axis=1))
@@ -121,16 +116,9 @@ def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, flo
 
 
 def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) -> float:
-    """Return the share of the points expected in a frame's middle that something hides.
-
-    Points are not found in blurred frames either, nor where the view is another, but then the
-    colors of their surroundings still go with those expected: the share is 0. NaN for few points.
-
-    Args:
-        color: (n, 3) of the frame where the points are expected; 0 where it is unknown.
-        expected: (n, 3) color of the points in other frames, up to a gain of each channel.
-        observed: (n,) bool, points that the frame was seen to show.
-    """
+    """Return the share of the points expected in a frame's middle that something hides, NaN for
+    few: those not (n,) `observed`, unless the (n, 3) colors there go with those expected, up to a
+    gain, as in blurred frames."""
     known = (color > 0).all(axis=1) & np.isfinite(expected).all(axis=1)
     if known.sum() < LEAST_EXPECTED:
         return float("nan")
@@ -152,13 +140,8 @@ def duplicates(thumbnails: np.ndarray) -> np.ndarray:
 
 
 def movements(thumbnails: np.ndarray) -> np.ndarray:
-    """Return the movement of each frame of a sequence since the last one that moved, see `moved`.
-
-    A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
-
-    `thumbnails` are (n, h, w) grey, in order of time, some 100 pixels long; (n,) shares of the
-    longer side are returned, infinite for the first frame.
-    """
+    """Return (n,) movements of (n, h, w) grey images of a sequence, some 100 pixels long, since the
+    last one that moved by `STILL` or more, see `moved`; infinite for the first."""
     movement = np.full(len(thumbnails), np.inf)
     last = 0
     for at in range(1, len(thumbnails)):

@@ -23,17 +23,9 @@ USUAL = 8.0  # times the median degrees a second, likewise
 def reprojection(
     errors: np.ndarray, frame: np.ndarray, count: int, side: float
 ) -> tuple[np.ndarray, float, np.ndarray]:
-    """Return median reprojection error of each frame, the largest that is usual, and its inliers.
-
-    Args:
-        errors, frame: (L,) pixels between observations and their points' projections, of a frame.
-        count: how many frames there are.
-        side: pixels of the images' longer side.
-
-    Returns:
-        (N,) medians in pixels, NaN for frames with few observations; the limit; (N,) shares of the
-        frames' observations that it holds for.
-    """
+    """Return (N,) median reprojection errors of frames, pixels, NaN for few observations, the
+    largest that is usual, and (N,) shares of observations within it; (L,) errors are each of a
+    frame."""
     many = np.bincount(frame, minlength=count)
     median = quantile_of(errors, frame, count, 0.5)
     median[many < LEAST_OBSERVED] = np.nan
@@ -45,15 +37,9 @@ def reprojection(
 def epipolar(
     errors: list[tuple[int, int, float]], count: int, side: float
 ) -> tuple[np.ndarray, float]:
-    """Return (N,) pixels of epipolar error of each frame's best pair, and the most that is usual.
-
-    A frame that is misplaced agrees with no other; another that was matched with it agrees with
-    its other partner.
-
-    Args:
-        errors: two frames and their matches' median distance from the epipolar lines, in pixels.
-        count, side: see `reprojection`.
-    """
+    """Return (N,) pixels of epipolar error of each frame's best pair, since a misplaced frame
+    agrees with none, and the most that is usual; `errors` are two frames and the median of their
+    matches."""
     best = np.full(count, np.nan)
     for *pair, error in errors:
         best[pair] = np.fmin(best[pair], error)
@@ -62,17 +48,9 @@ def epipolar(
 
 
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
-    """Return the distances of frames from the path of those beside them, over the allowed distance.
-
-    A frame is predicted from pairs of frames before, after and around it, linearly; the prediction
-    that comes nearest counts, so that a frame beside one that jumps does not jump itself.
-
-    Args:
-        world_to_camera: (n, 3, 4) of a pass, in the order in which it was filmed.
-
-    Returns:
-        (n,) above 1 for a jump of position or direction; zeros where there is no smooth path.
-    """
+    """Return the distances of (n, 3, 4) poses, in the order of filming, from the path of those
+    beside them, over the allowed distance: above 1 for jumps. The nearest prediction, from frames
+    before, after or around, counts; zeros where there is no smooth path."""
     count, nothing = len(world_to_camera), np.zeros(len(world_to_camera))
     if count < LEAST_PATH:
         return nothing

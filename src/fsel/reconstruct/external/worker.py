@@ -110,11 +110,8 @@ class Worker:
         logger.info("worker %s: ready after %.1f s", named, time.perf_counter() - started)
 
     def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the answer to a request.
-
-        `Lost` when the program ended, took longer than `timeout`, or answered no JSON object;
-        `Unfinished` when it answered with an error, and goes on.
-        """
+        """Return the answer to a request; `Unfinished` for one that is an error, and `Lost` when
+        the program ended, timed out, or answered no JSON object."""
         if request["do"] != "hello":
             self._asked_at = (self.folder / programs.LOG).stat().st_size
         try:

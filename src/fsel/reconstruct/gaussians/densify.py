@@ -43,16 +43,9 @@ def _coefficients() -> np.ndarray:
 
 
 def relocate(table: np.ndarray, alive: int, rng: np.random.Generator) -> tuple[int, np.ndarray]:
-    """Move dead Gaussians onto living ones, and add new ones while the budget lasts.
-
-    Args:
-        table: (budget, c) parameters, changed in place.
-        alive: rows in use.
-        rng: draws the hosts, in proportion to their opacities.
-
-    Returns:
-        Rows in use afterwards, and the rows that changed.
-    """
+    """Move dead Gaussians of a (budget, c) table onto living ones, drawn by their opacities, and
+    add new ones while the budget lasts; return the rows in use afterwards, and those that
+    changed."""
     opacity = 1 / (1 + np.exp(-table[:alive, LOGIT].astype(np.float64)))
     dead = np.flatnonzero(opacity <= DEAD)
     weight = np.where(opacity > DEAD, opacity, 0.0)

@@ -47,10 +47,8 @@ def loss_gradient(image, truth, mask, weights, gradient):
 
 @reordered
 def _differentiate(image, truth, mask, weights, gradient, share, lines, first, last):
-    """Fill the gradient of lines `first` to `last`, and the sums of their terms of the loss.
-
-    The smoothing is smoothed again: twice the window's reach beyond them is computed too.
-    """
+    """Fill the gradient of lines `first` to `last`, and the sums of their terms of the loss; twice
+    the window's reach beyond them is computed too."""
     kind = image.dtype.type
     height, width = image.shape[1:]
     low, high = max(first - 2 * REACH, 0), min(last + 2 * REACH, height)

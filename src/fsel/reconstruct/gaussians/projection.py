@@ -117,10 +117,8 @@ def tilts(lens, x, y, z):
 
 @inlined
 def flattened(lens, x, y, z, r, sizes):
-    """Return the covariance a, b, c on the image, and the two 2x3 matrices that it came about by.
-
-    `lens` is as `numbers` gives it, `r` the (9,) rotation, `sizes` the standard deviations.
-    """
+    """Return the covariance a, b, c on the image, and the two 2x3 matrices behind it, of a `lens`
+    of `numbers`, (9,) rotation r and deviations `sizes`."""
     tilt_x, tilt_y = tilts(lens, x, y, z)
     j, k = lens[15] / z, lens[16] / z
     # the projection's derivative in the world's axes, 2x3

@@ -17,14 +17,8 @@ NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not dr
 def camera_of(
     world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
 ) -> np.ndarray:
-    """Return (22,) float64 numbers of a camera as `projection.project` reads them.
-
-    Args:
-        world_to_camera: (3, 4), in the frame of the Gaussians.
-        intrinsics: (4,) fx, fy, cx, cy, pixels.
-        size: (width, height), pixels.
-        near: least depth.
-    """
+    """Return (22,) float64 numbers of a camera as `projection.project` reads them, of its (3, 4)
+    pose in the Gaussians' frame, (4,) intrinsics and (width, height) in pixels, and least depth."""
     center = -world_to_camera[:, :3].T @ world_to_camera[:, 3]
     return np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
 
@@ -45,17 +39,9 @@ class Canvas:
         self._parts = np.empty((0, rasterize.SUMS), dtype)  # sums of each Gaussian on each tile
 
     def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: np.ndarray):
-        """Render into `image`, and the light that passes everything into `rest`.
-
-        Args:
-            table: (n, c) parameters.
-            degree: of the harmonics in use.
-            factor: (n,) factors of the opacities.
-            camera: as `camera_of` gives it.
-
-        Returns:
-            (v,) int32 rows of the table that are seen, ascending.
-        """
+        """Render an (n, c) table's Gaussians, their opacities times (n,) `factor`, into `image`,
+        and the light that passes into `rest`; return the (v,) int32 rows that are seen,
+        ascending."""
         self._project(table, degree, factor, camera)
         across, down = -(-self.width // tiles.TILE), -(-self.height // tiles.TILE)
         out = self.background, self.image, self.rest
@@ -88,10 +74,8 @@ class Canvas:
         spread(arrange, ranges(len(depth), FEWEST))
 
     def backward(self, table, degree, camera, gradient, grad, update=None) -> None:
-        """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it.
-
-        Then call `update(first, last)`, if any, for ranges of the Gaussians seen.
-        """
+        """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it, then
+        call `update(first, last)`, if any, for ranges of the Gaussians seen."""
         (starts, members), shape = self.tiles, (len(self.rows), rasterize.SUMS)
         sums, given = np.zeros(shape, table.dtype), (self.rows, *self.tiles, self.image, gradient)
         parts = ranges(len(starts) - 1, FEWEST_TILES, PARTS)

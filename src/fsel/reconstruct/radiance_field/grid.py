@@ -55,13 +55,8 @@ class Grid:
         return cls(side, cells.reshape(-1), index, densities, colors, harmonics)
 
     def refined(self, kept: np.ndarray, side: int, empty: float) -> Grid:
-        """Return the same field on a finer grid.
-
-        Args:
-            kept: (self.side,) * 3 bool, the cells that the new grid covers.
-            side: vertices along an edge of the new grid.
-            empty: density at vertices that this grid lacks.
-        """
+        """Return the same field on a grid of `side` vertices along an edge, which covers the cells
+        `kept`, with `empty` density at vertices that this grid lacks."""
         cells = _covered(kept, side)
         corners = np.ones((2, 2, 2), bool)
         places = np.flatnonzero(scipy.ndimage.binary_dilation(cells, corners, origin=-1))

@@ -101,14 +101,8 @@ class _Optimiser:
 
 @exact
 def add_variation(rows, values, weight, bend, gradient):
-    """Add the gradient of Huber's norm of differences between neighbours, linear beyond `bend`.
-
-    Args:
-        rows: (n, 3) int32 of `Grid.neighbours`.
-        values, gradient: (n, m).
-        weight: of the sum over all differences.
-        bend: above zero.
-    """
+    """Add the gradient of Huber's norm, linear beyond `bend`, of differences of (n, m) values at
+    (n, 3) int32 `Grid.neighbours`, summed and weighted."""
     for n in range(len(rows)):
         for axis in range(3):
             other = rows[n, axis]
@@ -123,10 +117,8 @@ def add_variation(rows, values, weight, bend, gradient):
 
 @exact
 def adam_step(values, gradient, moments, rate, turn):
-    """Make step `turn` of Adam (Kingma and Ba 2015), from 1, and clear the flat gradient.
-
-    Numbers whose gradient is zero rest: what no ray meets is not moved by its past.
-    """
+    """Make step `turn` of Adam (Kingma and Ba 2015), from 1, and clear the flat gradient; numbers
+    whose gradient is zero rest."""
     first, second = moments
     one, two = BETAS
     scale, root = rate / (1.0 - one**turn), 1.0 / (1.0 - two**turn)

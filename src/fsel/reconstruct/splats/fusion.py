@@ -95,10 +95,8 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
 
 @exact
 def _locate(own, ray, rotation, translation, k, width, height, at, z):
-    """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth.
-
-    The depth is divided by the pixel's own, so that an infinite depth is allowed.
-    """
+    """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth, over
+    the pixel's own, which may be infinite."""
     fx, fy, cx, cy = k
     a, t = rotation, translation
     limit_x, limit_y = F(width), F(height)
@@ -148,12 +146,8 @@ def vote(first, sure, neighbours, verdicts, against_weight):
 
 @exact
 def fuse(first, inverse, opacity, neighbours, verdicts):
-    """Return (B, h, w) float32 inverse depths, averaged by opacity with neighbours that agree.
-
-    Args:
-        first, inverse, neighbours, verdicts: as in `compare` and `vote`.
-        opacity: (K, h, w) float32.
-    """
+    """Return (B, h, w) float32 inverse depths, averaged by (K, h, w) opacity with neighbours that
+    agree; see `compare` and `vote`."""
     maps, height, width = inverse.shape
     count, size = len(neighbours), height * width
     own, sure = inverse.reshape(maps, size), opacity.reshape(maps, size)

@@ -54,12 +54,8 @@ def _ranked(values, rank):
 
 @exact
 def fill_holes(total, typical):
-    """Return (h, w, 3) float32 colours, 0..255, mixed with those of coarser levels (pull-push).
-
-    Args:
-        total: (h, w, 4) float32 weighted colour sums and weights.
-        typical: weight of an ordinary pixel; below a quarter of it a pixel is mixed.
-    """
+    """Return (h, w, 3) float32 colours, 0..255, of (h, w, 4) weighted sums and weights, mixed with
+    coarser levels (pull-push) where weight is below a quarter of `typical`."""
     height, width = total.shape[:2]
     planes = np.empty((4, height, width), F)
     for y in range(height):

@@ -59,11 +59,8 @@ def remember(cache: dict, key: Any, value: Any, most: int) -> None:
 
 
 def depth_range(capture: Capture) -> np.ndarray:
-    """Return (N, 2) nearest and farthest depth that each frame's planes must reach, world units.
-
-    From the sparse points that a frame sees where it sees ten; else from all points; without
-    points, from the spread of the cameras. One wrong pose moves the ranges of no other frame much.
-    """
+    """Return (N, 2) nearest and farthest depth that each frame's planes must reach, world units:
+    from ten or more points that it sees, else from all, else from the spread of the cameras."""
     n = len(capture)
     if capture.points is None or len(capture.points.track_point) == 0:
         extent = 2 * distances_from_middle(capture.centers)[1] or 1.0
@@ -89,15 +86,8 @@ def look_depth(limits: np.ndarray) -> float:
 
 
 def affinity(centers: np.ndarray, axes: np.ndarray, depth: float) -> np.ndarray:
-    """Rate how well each of some frames serves another as a stereo partner.
-
-    Args:
-        centers, axes: (K, 3) float64 camera centres and optical axes.
-        depth: in front of a camera, to the point whose parallax counts; see `look_depth`.
-
-    Returns:
-        (K, K) float64, row by row each frame's partners; minus infinity on the diagonal.
-    """
+    """Return (K, K) how well frames, row by row, are served by others as stereo partners, by (K, 3)
+    centres and axes and the depth whose parallax counts; -inf on the diagonal."""
     points = centers + axes * depth
     back = -axes
     rays = centers[None] - points[:, None]

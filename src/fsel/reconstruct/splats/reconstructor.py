@@ -95,14 +95,8 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
 
     def fit(self, frames: np.ndarray) -> SplatModel:
-        """Reconstruct from a subset.
-
-        Args:
-            frames: (K,) int64 distinct frames, K >= 2.
-
-        Raises:
-            ValueError: for fewer than two frames, which have no parallax.
-        """
+        """Reconstruct from (K,) int64 distinct frames; ValueError for fewer than two, which have no
+        parallax."""
         frames = distinct(frames)
         started, peak = time.perf_counter(), Peak()
         order = self._nearest(frames)

@@ -86,11 +86,9 @@ def render_view(splats, colors, pose, k, size, tolerance, depths, room):
 
 @exact
 def _project(splats, pose, k, size, bins, where, cells, corners):
-    """Fill where splats fall: no branches, it vectorises.
-
-    (3, n) pixel coordinates, padded by one and a half, and inverse depths; (n,) cells of the depth
-    pass, -1 outside; and (n,) flat padded pixels, the first of the 2x2 that a splat covers.
-    """
+    """Fill where splats fall, without branches: (3, n) pixel coordinates, padded by one and a half,
+    and inverse depths, (n,) cells of the depth pass, -1 outside, and (n,) first padded pixels of
+    the 2x2 covered."""
     across, down, closeness = where[0], where[1], where[2]
     (width, height), (low, scale) = size, bins
     limit_x, limit_y, row = F(width + 1), F(height + 1), INT(width + 2)
@@ -122,11 +120,8 @@ def _inside(cells, index):
 
 @exact
 def _reach(mass, bins, tolerance):
-    """Return (h + 2, w + 2) least inverse depths that count at each pixel, 0 on the padding.
-
-    The surface is the first bin, nearest first, by which SHARE of the (h + 2, BINS, w + 2) opacity
-    in 3x3 pixels has been met. `bins` has the farthest one's inverse depth, and bins a unit of it.
-    """
+    """Return (h + 2, w + 2) least inverse depths that count at each pixel: of the first bin,
+    nearest first, by which SHARE of the (h + 2, BINS, w + 2) opacity in 3x3 pixels has been met."""
     height, width = mass.shape[0] - 2, mass.shape[2] - 2
     reach = np.zeros((height + 2, width + 2), F)
     columns, window = np.empty((BINS, width + 2), F), np.empty((BINS, width), F)

@@ -21,10 +21,8 @@ CONFIDENCE_OFFSET = F(8)  # keeps the confidence of a flat, all-matching pixel n
 
 
 def packed(image):
-    """Return (2h, 2w) uint64 of an (h, w, 3) float32 image of whole grey levels at twice its size.
-
-    Bilinear weights are sixteenths, so red, green and blue, 16 bits each, are exact.
-    """
+    """Return (2h, 2w) uint64 of an (h, w, 3) float32 image of whole grey levels at twice its size,
+    its three colours 16 exact bits each."""
     levels = np.rint(16 * cv2.resize(image, None, fx=2, fy=2)).astype(np.uint64)
     return levels[..., 0] | levels[..., 1] << U(16) | levels[..., 2] << U(32)
 
@@ -126,10 +124,8 @@ def box_filter(cost):
 
 @exact
 def merge_costs(first, second, third, fourth, count):
-    """Return (h, w, D) int16, twice the mean of the better half of the first `count` uint8 costs.
-
-    It tolerates occlusion; values are 0..510, rounded down.
-    """
+    """Return (h, w, D) int16 twice the mean, rounded down, of the better half of the first `count`
+    uint8 costs, which tolerates occlusion."""
     height, width, planes = first.shape
     out = np.empty((height, width, planes), S)
     for y in range(height):
