@@ -64,7 +64,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     console.give(content | steps)
 
 
-def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
+def _check(args: argparse.Namespace, settings: dict[str, float]) -> None:
     """Refuse a reconstructor without a model to write, and names with other endings."""
     checked(args, **settings)
     if args.reconstructor not in WRITE_PLY:

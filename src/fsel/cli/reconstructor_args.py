@@ -18,7 +18,7 @@ STEPPED = ("gaussians",)  # that take --steps, and can be stopped
 CONFIGURED = ("external",)  # that nothing but a configuration can describe
 
 
-def checked(args: argparse.Namespace, **settings: int) -> dict[str, int]:
+def checked(args: argparse.Namespace, **settings: float) -> dict[str, float]:
     """Return the settings given, and `--steps`, once `--reconstructor` is known to take them."""
     offered = [name for name in RECONSTRUCTORS if name not in CONFIGURED]
     if args.reconstructor not in offered:
@@ -34,7 +34,7 @@ def checked(args: argparse.Namespace, **settings: int) -> dict[str, int]:
     return settings
 
 
-def bound(args: argparse.Namespace, capture: Capture, **settings: int) -> Reconstructor:
+def bound(args: argparse.Namespace, capture: Capture, **settings: float) -> Reconstructor:
     """Bind the reconstructor that the command line names to a capture."""
     return RECONSTRUCTORS.checked(args.reconstructor)(capture, **checked(args, **settings))
 

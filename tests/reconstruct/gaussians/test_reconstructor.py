@@ -64,6 +64,17 @@ def test_any_number_of_threads_gives_the_same_bytes(views, monkeypatch):
     assert losses == losses[:1] * 4
 
 
+def test_coarse_steps_are_those_of_images_of_half_the_size(capture):
+    half = capture.resized(max(capture.size) // 2)
+    settings = {"steps": 20, "gaussians": 300, "initial": "points"}
+    whole, coarse, mixed = (
+        Gaussians(images, **settings, coarse=share).fit(np.arange(6))
+        for images, share in ((half, 0.0), (capture, 1.0), (capture, 0.5))
+    )
+    np.testing.assert_array_equal(coarse.table, whole.table)
+    assert len(mixed.table) != len(coarse.table) or (mixed.table != coarse.table).any()
+
+
 def test_stop_keeps_the_model_so_far(capture):
     done = []
     model = Gaussians(capture, **QUICK).fit(

@@ -24,6 +24,7 @@ class GaussianSettings:
         initial: what the Gaussians start from: `splats` (the stereo reconstruction of the selected
             frames) or `points` (sparse points that at least two of them see).
         views: images that a step's gradient is summed over.
+        coarse: share of the steps, the first ones, on images of half the size.
         opacity_penalty: weight of the mean opacity in the loss (3DGS-MCMC).
         scale_penalty: weight of the mean standard deviation in the loss, which is 1 for the
             distance of the farthest selected camera from their middle (3DGS-MCMC).
@@ -41,6 +42,7 @@ class GaussianSettings:
     degree: int = 2
     initial: str = "splats"
     views: int = 1
+    coarse: float = 0.0
     opacity_penalty: float = 0.01
     scale_penalty: float = 0.01
     noise: bool = True
@@ -52,6 +54,7 @@ class GaussianSettings:
             check_integer(name, getattr(self, name), least, 2 if name == "degree" else math.inf)
         for name in ("opacity_penalty", "scale_penalty"):
             check_number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
+        check_number("coarse", self.coarse, "between 0 and 1", lambda v: 0 <= v <= 1)
         check_number("dropout", self.dropout, "at least 0 and below 1", lambda v: 0 <= v < 1)
         if not isinstance(self.noise, bool):
             raise ValueError(f"noise must be true or false, got {self.noise!r}")
@@ -73,9 +76,9 @@ class Quality:
     memory: float  # bytes at most
 
     @property
-    def settings(self) -> dict[str, int]:
+    def settings(self) -> dict[str, float]:
         """Settings of the reconstructor."""
-        return {"steps": self.steps, "gaussians": self.gaussians}
+        return {"steps": self.steps, "gaussians": self.gaussians, "coarse": 0.5}
 
     def __str__(self) -> str:
         minutes = max(round(self.steps * self.step / 60), 1)

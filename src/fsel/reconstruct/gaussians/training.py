@@ -47,15 +47,21 @@ class Training:
         self.table[: self.alive] = start.table
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
-        self.canvas = Canvas(len(self.table), capture.size, start.background)
+        self.window, self.capture = losses.window(np.float32), capture
+        self.coarse = round(settings.coarse * settings.steps)  # steps at half the size
+        self.look(capture.resized(max(capture.size) // 2) if self.coarse else capture)
+
+    def look(self, capture: Capture) -> None:
+        """Take the images, masks and cameras of a capture for the steps to come."""
+        self.canvas = Canvas(len(self.table), capture.size, self.start.background)
+        self.slope = np.empty_like(self.canvas.image)
         self.truth = np.ascontiguousarray(np.asarray(capture.images).transpose(0, 3, 1, 2))
         self.masks = capture.masks
-        poses = start.frame.local_poses(capture.world_to_camera)
+        poses = self.start.frame.local_poses(capture.world_to_camera)
         self.cameras = [
             camera_of(pose, k, capture.size, NEAREST)
             for pose, k in zip(poses, capture.intrinsics, strict=True)
         ]
-        self.window, self.slope = losses.window(np.float32), np.empty_like(self.canvas.image)
 
     def run(self, progress: Progress | None, stop: Callable[[], bool] | None) -> GaussianModel:
         """Make all steps, or those before `stop` says so; see `Gaussians.fit`."""
@@ -70,6 +76,8 @@ class Training:
 
     def step(self, step: int) -> float:
         """Update once; return the mean loss of its views before it, without the penalties."""
+        if step == self.coarse > 0:
+            self.look(self.capture)
         settings, table = self.settings, self.table[: self.alive]
         degree, factor, loss = self.degree(step), self.factor(step), 0.0
         touched = np.empty(0, np.int32)
