@@ -58,6 +58,7 @@ def test_results_may_lie_anywhere_else():
         ),
         *(({"root": ".", "scenes": [name]}, [f"'{name}'"]) for name in ("../x", "/etc", "..")),
         ({"root": ".", "scenes": ["a/../b"]}, ["'a/../b'"]),
+        ({"root": "..", "scenes": ["b/c"]}, ["no ['b/c'] in .."]),
     ],
 )
 def test_a_wrong_dataset(tmp_path, monkeypatch, entry, parts):
@@ -86,12 +87,20 @@ def test_counted_scenes_are_disjoint_and_in_natural_order(tmp_path):
     assert made.datasets.role_of("mine", "s10") == "train"
 
 
-def test_scenes_may_lie_in_folders_below(tmp_path):
-    inside = ["apple/110_1", "..x", "x.y"]
-    for folder in inside:
+def test_scenes_of_several_roots_take_turns_and_are_named_by_both_folders(tmp_path):
+    for folder in ("apple/1_b", "apple/2_a", "ball/1_c"):
         (tmp_path / folder).mkdir(parents=True)
-    made = experiment(datasets=with_dataset(root=str(tmp_path), scenes={"evaluation": inside}))
-    assert made.scenes("mine", "evaluation") == inside
+    entry = {"root": [str(tmp_path / name) for name in ("apple", "ball")]}
+    entry |= {"scenes": {"object": 2, "evaluation": ["apple-2_a"]}}
+    made = experiment(datasets=with_dataset(**entry))
+    assert made.scenes("mine", "object") == ["apple-1_b", "ball-1_c"]
+    wildcards = SimpleNamespace(dataset="mine", scene="apple-2_a")
+    assert made.datasets.raw_capture(wildcards) == str(tmp_path / "apple" / "2_a")
+    (tmp_path / "ball" / "frame_annotations.jgz").touch()
+    with pytest.raises(Refusal, match=r"\['apple-2_a', 'apple-1_b'\] have not the layout co3d"):
+        experiment(datasets=with_dataset(**entry, layout="co3d"))
+    entry["root"][1] += "s"
+    assert "balls" in experiment(datasets=with_dataset(**entry)).datasets.missing["mine"]
 
 
 def test_scannet_scenes_have_an_object_each(tmp_path):

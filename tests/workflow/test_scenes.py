@@ -37,6 +37,14 @@ def test_a_comparison_with_a_search_that_is_not_run_is_refused(changes, part):
         scenes.held_out_problems(experiment(**changes))
 
 
+def test_the_search_is_compared_on_scenes_of_one_dataset_or_of_all():
+    made, every = experiment(), experiment(oracle={"everywhere": True})
+    assert scenes.searched(made) == scenes.held_out(made)
+    named = scenes.held_out_problems(every, scenes.searched)
+    assert named == [f"{d}/{s}/draw0" for d, s in every.evaluation_scenes]
+    assert scenes.held_out_problems(every) == made.searched_problems() == named[:1]
+
+
 def test_a_second_source_of_poses_is_a_folder_in_each_scene(tmp_path):
     (tmp_path / "a").mkdir()
     datasets = with_dataset(root=str(tmp_path), scenes=["a"])

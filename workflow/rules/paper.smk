@@ -63,19 +63,20 @@ use rule evaluate_trials as evaluate_searched with:
 use rule table as ga_vs_learned with:
     input:
         evaluations=lambda wildcards: inputs.of_problems(
-            scenes.held_out_problems(experiment), "{reconstructor}evaluation.parquet"
+            scenes.held_out_problems(experiment, scenes.searched),
+            "{reconstructor}evaluation.parquet",
         ),
         searched=scenes.files(
-            experiment, scenes.held_out, "{reconstructor}searched.parquet"
+            experiment, scenes.searched, "{reconstructor}searched.parquet"
         ),
     output:
         **shown("ga_vs_learned", "Comparison with the search"),
     log:
         "<results>/logs/{reconstructor}ga_vs_learned.log",
     params:
-        **scenes.of_table(experiment, scenes.held_out),
+        **scenes.of_table(experiment, scenes.searched),
         lib=experiment.library("ga_vs_learned"),
-        problems=lambda wildcards: scenes.held_out_problems(experiment),
+        problems=lambda wildcards: scenes.held_out_problems(experiment, scenes.searched),
         k=experiment.config["search"]["k"],
 
 

@@ -114,10 +114,6 @@ use rule table as speed_error with:
             scenes.held_out_problems(experiment), "evaluation.parquet"
         ),
         oracles=inputs.of_problems(experiment.searched_problems(), "oracle.parquet"),
-        subsets=inputs.of_problems(experiment.searched_problems(), "subsets.parquet"),
-        labels=lambda wildcards: scenes.from_labels(
-            experiment, inputs.label_files(experiment)
-        ),
     output:
         **shown(
             "speed_error",

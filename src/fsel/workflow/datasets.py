@@ -6,9 +6,11 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from fsel.captures.layouts import LAYOUTS
 from fsel.core.names import natural
 from fsel.workflow.refusal import Refusal
 
@@ -34,6 +36,19 @@ def roles_of(entry: Section) -> Mapping[str, Any]:
     return scenes if isinstance(scenes, dict) else {"evaluation": scenes}
 
 
+def roots_of(entry: Section) -> list[str]:
+    """List the folders that hold an entry's scenes, none for other kinds."""
+    root = entry.get("root") or []
+    return [root] if isinstance(root, str) else list(root)
+
+
+def folder_of(entry: Section, scene: str) -> Path:
+    """Return the folder of a scene on disk; of several roots, one begins the scene's name."""
+    roots = roots_of(entry)
+    root = next(root for root in roots if scene.startswith(_prefix(roots, root)))
+    return Path(root, scene.removeprefix(_prefix(roots, root)))
+
+
 @dataclass(frozen=True)
 class Datasets:
     """The datasets that are there, and the pages that the others come from."""
@@ -52,8 +67,9 @@ class Datasets:
         placed = {name: _placed(name, entry) for name, entry in entries.items()}
         missing = {}
         for name, entry in entries.items():
-            root = placed[name].get("root")
-            if trusted or kinds_of(entry) != ["root"] or (root and Path(root).is_dir()):
+            roots = roots_of(placed[name]) or [""]
+            root = next((root for root in roots if not (root and Path(root).is_dir())), None)
+            if trusted or kinds_of(entry) != ["root"] or root is None:
                 continue
             said = f"{entry['root']} (no folder {Path(root).resolve()})" if root else "is not set"
             if entry["root"] and not root:
@@ -75,17 +91,19 @@ class Datasets:
             raise Refusal(f"{where}.scenes names a scene twice: {named}", "one role each")
         if kinds_of(entry) == ["embedded"]:
             return
-        there, root = self._present(name), entry.get("root")
-        if root:
-            others = set(named) - set(there)  # a folder within a folder is a scene too
-            absent = sorted(scene for scene in others if not Path(root, scene).is_dir())
-        else:
-            absent = sorted(set(named) - set(there))
-        if absent:
-            place = root or f"what may be fetched of {entry['fetch']}"
+        there, layout = self._present(name), entry["layout"]
+        if absent := sorted(set(named) - set(there)):
+            place = entry.get("root") or f"what may be fetched of {entry['fetch']}"
             raise Refusal(
                 f"{where}.scenes: no {absent} in {place}{_origin(entry, self.sources)}",
                 f"those there are {there}",
+            )
+        knows = Path.is_dir if layout == "auto" else LAYOUTS[layout].recognises
+        several = named if len(roots_of(entry)) > 1 else []
+        if other := [scene for scene in several if not knows(folder_of(entry, scene))]:
+            raise Refusal(
+                f"{where}.root is {entry['root']}, and {other} have not the layout {layout}",
+                "docs/datasets.md says what each expects; no two roots may have one name",
             )
 
     def _check_source(self, where: str, name: str) -> None:
@@ -124,18 +142,22 @@ class Datasets:
         return next(role for role in ROLES if scene in self.scenes(dataset, role))
 
     def _present(self, name: str) -> list[str]:
-        """List the folders below a dataset's root in natural order, or what may be fetched."""
+        """List the folders below a dataset's root in natural order, of several roots the first of
+        each, then the second, as `root-folder`; or what may be fetched."""
         entry = self.entries[name]
         if kinds_of(entry) == ["fetch"]:
             return list(self.sources[entry["fetch"]]["scenes"])
-        folders = [each.name for each in os.scandir(entry["root"]) if each.is_dir()]
-        return sorted((name for name in folders if not name.startswith(".")), key=natural)
+        roots, each = roots_of(entry), []
+        for root in roots:
+            folders = [f.name for f in os.scandir(root) if f.is_dir() and f.name[0] != "."]
+            each.append([_prefix(roots, root) + f for f in sorted(folders, key=natural)])
+        return [scene for turn in zip_longest(*each) for scene in turn if scene]
 
     def raw_capture(self, wildcards: Any) -> str:
         """Return the folder of a scene as its dataset is distributed."""
         entry = self.entries[wildcards.dataset]
         if kinds_of(entry) == ["root"]:
-            return str(Path(entry["root"], wildcards.scene))
+            return str(folder_of(entry, wildcards.scene))
         return f"<results>/data/{wildcards.dataset}/{wildcards.scene}"
 
     def reading(self, wildcards: Any) -> dict[str, Any]:
@@ -195,8 +217,16 @@ def _placed(name: str, entry: Section) -> Section:
         )
     if not entry.get("root"):
         return entry
-    root = VARIABLE.sub(lambda found: os.environ.get(found[1]) or found[2] or "", entry["root"])
-    return {**entry, "root": root}
+    roots = [
+        VARIABLE.sub(lambda found: os.environ.get(found[1]) or found[2] or "", root)
+        for root in roots_of(entry)
+    ]
+    return {**entry, "root": roots if len(roots) > 1 else roots[0]}
+
+
+def _prefix(roots: list[str], root: str) -> str:
+    """Return what the names of a root's scenes begin with where there are several."""
+    return f"{Path(root).name}-" if len(roots) > 1 else ""
 
 
 def _origin(entry: Section, sources: Mapping[str, Section]) -> str:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
-from fsel.workflow.datasets import kinds_of
+from fsel.workflow.datasets import folder_of, kinds_of, roots_of
 from fsel.workflow.experiment import Choice, Experiment
 from fsel.workflow.inputs import joined, of_scenes
 from fsel.workflow.refusal import Refusal
@@ -79,10 +78,18 @@ def held_out(experiment: Experiment) -> Scenes:
     )
 
 
-def held_out_problems(experiment: Experiment) -> list[str]:
-    """List the problems on which selections are compared with the search, at least one."""
-    problems, config = experiment.searched_problems(), experiment.config
-    if not problems:
+def searched(experiment: Experiment) -> Scenes:
+    """List the evaluation scenes on which selections are compared with the search."""
+    everywhere = experiment.config["oracle"]["everywhere"]
+    return evaluated(experiment) if everywhere else held_out(experiment)
+
+
+def held_out_problems(
+    experiment: Experiment, chosen: Callable[[Experiment], Scenes] = held_out
+) -> list[str]:
+    """List the problems of some scenes that are searched, at least one."""
+    config = experiment.config
+    if not experiment.searched_problems():
         raise Refusal(
             f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
             "the comparison with the search is made on evaluation scenes of training.dataset",
@@ -92,7 +99,7 @@ def held_out_problems(experiment: Experiment) -> list[str]:
             f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
             "selections are compared with the search at its own budget",
         )
-    return problems
+    return problems(chosen(experiment), range(config["oracle"]["draws"]))
 
 
 def rooms(experiment: Experiment) -> Scenes:
@@ -174,12 +181,12 @@ def posed_twice(experiment: Experiment) -> Scenes:
             )
         check_poses("pose_sources.poses", config["poses"])
         return [(named, scene) for scene in scenes]
-    if entry.get("root") is None:
+    if not roots_of(entry):
         raise Refusal(
             f"pose_sources.dataset is {named!r}, no dataset with a `root`",
             "a second source of poses is a folder inside each scene; or name it in `poses`",
         )
-    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
+    if missing := [s for s in scenes if not (folder_of(entry, s) / model).is_dir()]:
         raise Refusal(
             f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
             f"of {named}: {missing[:3]}",

@@ -56,11 +56,13 @@ def test_average_subsets_are_means_over_what_a_search_met(tmp_path):
         table.to_parquet(path)
         searched.append(path)
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    problems, paths = written(tmp_path, values)
-    scenes = [("d", "s0"), ("d", "s1")]
-    settings = {"problems": problems, "scenes": scenes, "k": 20, "facts": FACTS}
-    ga_vs_learned(paths, searched, *outputs, **settings)
-    means = pd.read_csv(outputs[1]).set_index("method")["mean"]
+    _, paths = written(tmp_path, values)
+    scenes = [("d", "s0"), ("e", "s0")]
+    settings = {"problems": ["d/s0/draw0", "e/s0/draw0"], "scenes": scenes}
+    ga_vs_learned(paths, searched, *outputs, **settings, k=20, facts=FACTS)
+    means = pd.read_csv(outputs[1]).set_index(["dataset", "method"])["mean"]
+    assert means["d", "random_search"] == 12.0
+    means = means["all"]
     assert means[["average_search", "average_random"]].tolist() == [15.0, 12.0]
     assert means[["search", "random_search"]].tolist() == [20.0, 12.0]
     text = outputs[0].read_text()

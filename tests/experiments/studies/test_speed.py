@@ -18,7 +18,7 @@ from fsel.experiments.studies.bench import (
 )
 from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.studies.speed_error import gaps, progress, speed_error
+from fsel.experiments.studies.speed_error import gaps, speed_error
 from fsel.metrics import METRICS
 from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import SplatModel
@@ -112,25 +112,6 @@ def test_the_gap_to_the_search_by_hand():
     assert found.to_dict("records") == [{"method": "fvs", "gap": 0.75}]
     with pytest.raises(ValueError, match=r"no PSNR of 'search' .* Hint: set oracle.draws"):
         gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
-
-
-def searched(psnr, method=None):
-    """A table of subsets whose fitness follows their PSNR."""
-    table = pd.DataFrame({"generation": 0, "psnr": psnr, "fitness": np.array(psnr) / 100})
-    return table if method is None else table.assign(method=method)
-
-
-def test_a_search_that_ended_early_lacks_nothing_afterwards(tmp_path):
-    both = [searched(np.arange(20.0, 50), "search"), searched([20.0] * 30, "random_search")]
-    pd.concat(both).to_parquet(tmp_path / "o.parquet")
-    for name, count in (("a", 30), ("b", 10)):
-        searched(np.arange(count, dtype=float)).to_parquet(tmp_path / f"{name}.parquet")
-    labels = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
-    found = progress([tmp_path / "o.parquet"], labels)
-    gap = found.set_index(["search", "evaluations"])["gap"]
-    assert gap["search"].to_dict() == {10: 20, 20: 10, 30: 0}
-    assert gap["random_search"].to_dict() == {10: 29, 20: 29, 30: 29}
-    assert gap["labels"].to_dict() == {10: 10, 20: 5, 30: 0}
 
 
 @pytest.fixture(scope="module")
@@ -234,9 +215,7 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
         rows = [(m, 0, 10, t, v, 0.5, 0.1) for m, vs in values.items() for t, v in enumerate(vs)]
         table = pd.DataFrame(rows, columns=["method", "seed", "k", "target", *METRICS])
         table.to_parquet(tmp_path / f"{name}.parquet")
-    both = [searched(np.arange(20.0, 50), name) for name in ("search", "random_search")]
-    pd.concat(both).to_parquet(tmp_path / "subsets.parquet")
-    read = [[tmp_path / f"{name}.parquet"] for name in (*tables, "subsets", "subsets")]
+    read = [[tmp_path / f"{name}.parquet"] for name in tables]
     for name in "ab":
         table, numbers, *figures = (tmp_path / f"{name}.{ending}" for ending in ENDINGS)
         made = table, numbers, figures
@@ -246,6 +225,5 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
         assert first == second
     text = (tmp_path / "a.tex").read_text()
     assert "FVS & 300 & 2.00" in text
-    assert r"\textbf{partners 4}" in text
     panels = pd.read_csv(tmp_path / "a.csv").groupby("panel")
-    assert panels["gap"].count().to_dict() == {"methods": 2, "search": 12, "settings": 0}
+    assert panels["gap"].count().to_dict() == {"methods": 2, "settings": 0}

@@ -8,7 +8,7 @@ import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.latex import MISSING, difference, made_by, number, plain_table
-from fsel.evaluation.summary import write_csv
+from fsel.evaluation.summary import with_all_datasets, write_csv
 from fsel.evaluation.sweep import sweep_cells
 from fsel.experiments.scheme import GAP, Scenes, Trials, against, every_draw
 
@@ -56,8 +56,10 @@ def ga_vs_learned(
     averages["method"] = averages["method"].map(AVERAGES)
     fittest = subsets.loc[subsets["rank"] == 0, [*PROBLEM, "method", "psnr"]]
     cells = pd.concat([averages.assign(k=k), fittest.assign(k=k), swept[swept["k"] == k]])
-    result = compare_with_search(cells)
-    write_csv(result, numbers)
+    parts = with_all_datasets(cells).groupby("dataset", sort=False)
+    results = [compare_with_search(part).assign(dataset=dataset) for dataset, part in parts]
+    write_csv(pd.concat(results), numbers)
+    result = results[-1]  # of all datasets, where there are several
     tried = len(subsets[subsets["method"] == SEARCH]) / len(subsets[PROBLEM].drop_duplicates())
     text = (
         rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "

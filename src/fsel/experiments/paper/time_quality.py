@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_table, write_table, write_text
 from fsel.core.problem import Problem
 from fsel.core.programs import FINISHED, Unfinished
@@ -124,7 +122,6 @@ def time_quality(
     `evaluations` are of the sweep's selections; `costs` and `times` are what `measure_costs` wrote.
     """
     swept = sweep_cells(problems, evaluations, facts=facts)
-    swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
     swept["scene"] = swept["dataset"] + "/" + swept["scene"]
     swept["draw"] = swept["draw"].str.removeprefix("draw").astype(int)
     further = cells_of(scenes, variant, ["psnr"], facts)
@@ -193,9 +190,4 @@ def _printed(value: float, digits: int) -> str:
     return MISSING if np.isnan(value) else f"{value:.{digits}f}"
 
 
-def from_candidates(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
-    """Return the problem in which no method may pick proxies: its whole pool is the last row."""
-    return replace(Problem.of(capture, split, described), proxies_free=False)
-
-
-TRIALS = Trials(partial(every_draw, problem=from_candidates), methods=[ALL])
+TRIALS = Trials(every_draw)

@@ -1,23 +1,17 @@
-"""Speed against error: of the methods, of the reconstructor's settings, of the search."""
+"""Speed against error: of the methods, and of the reconstructor's settings."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 
-from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.files import File, Files, write_text
 from fsel.evaluation.figures import MARKERS, TEXT, name_axes, new_figure, save
-from fsel.evaluation.latex import MISSING, plain_table
+from fsel.evaluation.latex import plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
 from fsel.selectors.policies import POLICIES
-from fsel.training.search import fittest_so_far
-
-SEARCHES = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
-COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
-STEP = 10  # evaluations between points of a curve
 
 
 def speed_error(
@@ -25,8 +19,6 @@ def speed_error(
     settings: File,
     evaluations: Files,
     oracles: Files,
-    subsets: Files,
-    labels: Files,
     table: File,
     numbers: File,
     figures: Files,
@@ -34,61 +26,24 @@ def speed_error(
     problems: Sequence[str],
     k: int,
 ) -> None:
-    """Draw methods and settings, and write the tables of these and of the search.
-
-    `times` is what `selection_time` wrote, whose smallest pool is drawn; `subsets` and `labels` are
-    searched subsets, of the evaluation problems and of training scenes.
-    """
+    """Draw methods and settings, and write the table of methods; `times` is what `selection_time`
+    wrote, whose smallest pool is drawn."""
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
     cells = sweep_cells([*problems, *problems], [*evaluations, *oracles], facts={})
     methods = gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})
-    curves = progress(subsets, labels)
-    timed_k, pool = timed[["k", "pool"]].iloc[0]
-    selected = f"{timed_k} of {pool} frames"
+    selected = "{} of {} frames".format(*timed[["k", "pool"]].iloc[0])
     draw(methods, swept, figures, selected=selected, k=k)
-    every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
+    every = pd.concat([methods, swept], keys=["methods", "settings"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
     write_csv(every, numbers)
-    write_text(_tables(methods, swept, curves, selected, k), table)
+    write_text(_table(methods, selected, k), table)
 
 
-def progress(subsets: Files, labels: Files) -> pd.DataFrame:
-    """Measure the dB on the proxies that a search's fittest subset lacks after so many evaluations,
-    to that of the genetic search at its end."""
-    curves: dict[str, list[pd.DataFrame]] = {name: [] for name in SEARCHES}
-    for path in subsets:
-        searches = read_table(path).groupby("method")
-        for name, run in searches:
-            curves[name].append(_behind(run, searches.get_group("search")))
-    for path in labels:
-        run = read_table(path)
-        curves["labels"].append(_behind(run, run))
-    tables = []
-    for name, runs in curves.items():
-        length = max(map(len, runs))
-        at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
-        # a search that met fewer distinct subsets stays where it ended
-        means = pd.concat([run.reindex(at, method="ffill") for run in runs]).groupby(level=0).mean()
-        tables.append(means.rename_axis("evaluations").reset_index().assign(search=name))
-    return pd.concat(tables, ignore_index=True)[["search", "evaluations", "generations", "gap"]]
-
-
-def _behind(run: pd.DataFrame, whole: pd.DataFrame) -> pd.DataFrame:
-    """Generations, and the gap to the fittest of another run, by the number of evaluations."""
-    fittest, met = (
-        each["psnr"].to_numpy()[fittest_so_far(each["fitness"].to_numpy())] for each in (whole, run)
-    )
-    table = {"generations": run["generation"].to_numpy(float), "gap": fittest[-1] - met}
-    return pd.DataFrame(table, index=np.arange(1, len(run) + 1))
-
-
-def _tables(
-    methods: pd.DataFrame, swept: pd.DataFrame, curves: pd.DataFrame, selected: str, k: int
-) -> str:
-    of_methods = plain_table(
+def _table(methods: pd.DataFrame, selected: str, k: int) -> str:
+    return plain_table(
         ["Selection", "ms", "gap (dB)"],
         [
             [LABELS[row.method], f"{1e3 * row.seconds:,.3g}", f"{row.gap:.2f}"]
@@ -98,40 +53,6 @@ def _tables(
         rf"included, and PSNR behind the genetic search at $K={k}$.",
         label="tab:speed_methods",
     )
-    of_settings = plain_table(
-        ["Setting", "PSNR (dB)", r"depth error (\%)", "ms", "splats", "kB"],
-        [_setting_row(row) for row in swept.itertuples()],
-        caption=r"\textbf{Speed against error: the reconstructor.} One setting changed at a time; "
-        rf"defaults in bold. {k} frames, nothing cached, one thread. Depth error: median over the "
-        r"target views' pixels of $|z/z^\ast-1|$ against exact depth. Means over scenes.",
-        label="tab:speed_settings",
-    )
-    groups = curves.set_index("evaluations").groupby("search", sort=False)["gap"]
-    reached = {name: gaps.reindex(COUNTS) for name, gaps in groups}
-    of_search = plain_table(
-        ["Search", *(f"{n} subsets" for n in COUNTS)],
-        [
-            [SEARCHES[name], *(MISSING if np.isnan(gap) else f"{gap:.2f}" for gap in gaps)]
-            for name, gaps in reached.items()
-        ],
-        caption=r"\textbf{Speed against error: the search.} PSNR in dB, on the proxies, that the "
-        "fittest subset after so many evaluations lacks to the genetic search's at its end.",
-        label="tab:speed_search",
-    )
-    return "\n".join([of_methods, of_settings, of_search])
-
-
-def _setting_row(row) -> list[str]:
-    name = f"{row.setting} {row.value.replace('-', '--')}"
-    error = MISSING if np.isnan(row.depth_error) else f"{100 * row.depth_error:.1f}"
-    return [
-        rf"\textbf{{{name}}}" if row.default else name,
-        f"{row.psnr:.2f}",
-        error,
-        f"{1e3 * row.seconds:.0f}",
-        f"{row.primitives:,.0f}",
-        f"{row.bytes / 1e3:,.0f}",
-    ]
 
 
 def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:

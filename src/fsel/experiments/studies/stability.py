@@ -5,16 +5,18 @@ from __future__ import annotations
 import logging
 from dataclasses import asdict
 
+import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, write_text
-from fsel.evaluation.latex import plain_table, tex
+from fsel.evaluation.latex import MISSING, plain_table, tex
 from fsel.evaluation.summary import write_csv
-from fsel.experiments.studies.hard_cases import Case, observe, others, selection
+from fsel.experiments.studies.hard_cases import Case, damage, observe, others, selection
 
 logger = logging.getLogger(__name__)
 
-CASES: dict[str, Case] = {case.name: case for case in (*selection.CASES, *others.CASES)}
+_ALL = (*selection.CASES, *others.CASES, *damage.CASES)
+CASES: dict[str, Case] = {case.name: case for case in _ALL}
 """Every hard case by name, in the order of the table."""
 
 
@@ -31,15 +33,17 @@ def stability(table: File, numbers: File) -> None:
     cells, passed = [], int(result["holds"].sum())
     for row in result.itertuples():
         words = map(tex, (row.case, row.expected, row.observed))
-        cells.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}"])
+        lost = MISSING if np.isnan(row.lost) else f"{row.lost:.1f}"
+        cells.append([*words, f"{row.error:.1e}", f"{row.allowed:.0e}", lost])
     text = plain_table(
-        ["Case", "Expected", "Observed", "Error", "Allowed"],
+        ["Case", "Expected", "Observed", "Error", "Allowed", "Lost"],
         cells,
         caption=rf"\textbf{{Hard cases.}} {passed} of {len(result)} pass. Every case requires "
         "finite numbers and no warning; cases of cameras and columns also that every method "
         "returns at every budget, and that a reconstruction renders. Error: largest deviation from "
-        "the float64 or exact answer; allowed: what rounding explains.",
+        "the float64 or exact answer, or dB behind; allowed: what rounding explains. Lost: dB "
+        "of PSNR against the same selection without what makes the case hard.",
         label="tab:stability",
-        columns=r"p{.17\linewidth}p{.24\linewidth}p{.35\linewidth}rr",
+        columns=r"p{.17\linewidth}p{.24\linewidth}p{.35\linewidth}rrr",
     )
     write_text(text, table)

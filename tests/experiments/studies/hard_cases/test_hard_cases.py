@@ -45,4 +45,4 @@ def test_the_table_has_a_row_for_every_case_faults_included(tmp_path, monkeypatc
     assert table["observed"].tolist()[2] == "ZeroDivisionError: division by zero"
     text = (tmp_path / "s.tex").read_text()
     assert "1 of 4 pass" in text
-    assert r"good & 50\% of x\_1 & 2 of 4 & 1.0e-12 & 1e-09 \\" in text
+    assert r"good & 50\% of x\_1 & 2 of 4 & 1.0e-12 & 1e-09 & -- \\" in text

@@ -17,12 +17,13 @@ from fsel.evaluation.evaluator import evaluators
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """What a case showed, in words; its largest deviation from the float64 or exact answer; and the
-    deviation that rounding explains."""
+    """What a case showed, in words; its largest deviation from the float64 or exact answer; what is
+    allowed; and the PSNR in dB that the case costs, NaN where there is nothing to compare with."""
 
     observed: str
     error: float
     allowed: float
+    lost: float = np.nan
 
     @property
     def holds(self) -> bool:

@@ -77,7 +77,8 @@ def of_depth(depth: float, odd: float | None, allowed: float) -> CaseOutcome:
     """Depth error of the wall; PSNR against the same wall with all points on it."""
     usual, _ = measure_quality(wall(DEPTH))
     psnr, error = measure_quality(wall(depth, odd))
-    return CaseOutcome(f"PSNR {psnr:.2f} dB, plain wall {usual:.2f}", error, allowed)
+    observed = f"PSNR {psnr:.2f} dB, plain wall {usual:.2f}"
+    return CaseOutcome(observed, error, allowed, usual - psnr)
 
 
 def turned_about() -> CaseOutcome:
@@ -99,7 +100,7 @@ def turned_about() -> CaseOutcome:
     several = (half, np.append(half, half + 12))
     alone, together = (quality(both, frames, np.array([5])) for frames in several)
     observed = f"PSNR {alone:.2f} dB, with the other side's frames {together:.2f}"
-    return CaseOutcome(observed, float(abs(together - alone)), 0.01)
+    return CaseOutcome(observed, float(abs(together - alone)), 0.01, alone - together)
 
 
 CASES = (

@@ -33,15 +33,16 @@ def poses(centers: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     return poses_at(centers, rotations(ahead))
 
 
-def filmed(centers: np.ndarray, ahead: np.ndarray) -> Capture:
+def filmed(centers: np.ndarray, ahead: np.ndarray, zoom: np.ndarray | float = 1.0) -> Capture:
     """A capture of the painted ball around (n, 3) centres, looking along (n, 3) unit vectors."""
     n = len(centers)
     offset = centers - centers.mean(axis=0)
     radius = np.linalg.norm(offset, axis=1).max()
-    camera = np.array([WIDTH * 0.7, WIDTH * 0.7, WIDTH / 2, HEIGHT / 2])
-    rays = pixel_rays(camera, WIDTH, HEIGHT)
+    cameras = np.tile([WIDTH * 0.7, WIDTH * 0.7, WIDTH / 2, HEIGHT / 2], (n, 1))
+    cameras[:, :2] *= np.reshape(zoom, (-1, 1))
+    rays = np.stack([pixel_rays(camera, WIDTH, HEIGHT) for camera in cameras])
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-    world = np.einsum("hwi,nij->nhwj", rays, rotations(ahead))
+    world = np.einsum("nhwi,nij->nhwj", rays, rotations(ahead))
     # in units of the ball: |o + s d| = 1 has one positive root inside
     start = offset[:, None, None] / (WALL * radius if radius > 0 else 1.0)
     along = np.einsum("nhwj,nabj->nhw", world, start)
@@ -49,7 +50,7 @@ def filmed(centers: np.ndarray, ahead: np.ndarray) -> Capture:
     return Capture(
         names=tuple(f"{i:04d}" for i in range(n)),
         world_to_camera=poses(centers, ahead),
-        intrinsics=np.tile(camera, (n, 1)),
+        intrinsics=cameras,
         images=paint(start + reach[..., None] * world),
         sequences=("a",) * n,
         source="a hard case",
@@ -65,9 +66,9 @@ def paint(points: np.ndarray) -> np.ndarray:
     return np.clip(128 + 200 * value, 0, 255).astype(np.uint8)
 
 
-def problem_on(capture: Capture, targets: int = TARGETS) -> Problem:
+def problem_on(capture: Capture, targets: int = TARGETS, draw: int = 0) -> Problem:
     """The problem of one draw of targets, with measured descriptors and sharpness."""
-    split = evaluation_split(capture, 0, 0, targets)
+    split = evaluation_split(capture, draw, 0, targets)
     return Problem(
         capture=capture,
         candidates=split.candidates,
@@ -157,17 +158,6 @@ def proxy_on_candidate() -> Problem:
     pose = problem.capture.world_to_camera.copy()
     pose[problem.candidates[3]] = pose[problem.proxies[0]]
     return replace(problem, capture=replace(problem.capture, world_to_camera=pose))
-
-
-def dozens() -> Problem:
-    """Every third frame of the world, twelve times."""
-    centers, ahead = cloud(5)
-    return at(*(np.repeat(part, 12, axis=0) for part in (centers, ahead)))
-
-
-def nothing_in_common() -> Problem:
-    ahead = cloud()[1]
-    return at(1000 * ahead, ahead)
 
 
 def equally_sharp() -> Problem:
