@@ -50,13 +50,6 @@ def test_tables_carry_units_and_digest(tmp_path):
         write_table(pd.DataFrame({"d": [1.0]}), path, units={"e": "m"}, config="")
 
 
-def test_equal_tables_are_equal_bytes(tmp_path):
-    for name in "ab":
-        frame = pd.DataFrame({"x": np.arange(5), "s": [[1, 2]] * 5})
-        write_table(frame, tmp_path / name, units={}, config="")
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
 def test_digests_follow_content_not_order():
     assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1}) != digest({"a": 1, "b": 3})
 

@@ -62,19 +62,6 @@ def test_reference_point_is_the_closest_of_the_forward_ray():
     np.testing.assert_allclose(points, [[0, 0, 5], [0, 0, 0]])
 
 
-def test_reference_point_against_a_dense_search():
-    rng = np.random.default_rng(3)
-    centers, centroid = rng.normal(size=(6, 3)), rng.normal(size=3)
-    axes = rng.normal(size=(6, 3))
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    along = np.linspace(0, 8, 80001)
-    points = reference_points(centers, axes, centroid)
-    for center, axis, point in zip(centers, axes, points, strict=True):
-        ray = center + along[:, None] * axis
-        best = ray[np.argmin(np.linalg.norm(ray - centroid, axis=1))]
-        np.testing.assert_allclose(point, best, atol=2e-4)
-
-
 def test_a_point_at_the_origin_has_no_direction():
     found = directions(np.array([[1.0, 1, 1], [1, 1, 3]]), np.ones(3))
     np.testing.assert_array_equal(found, [[0, 0, 0], [0, 0, 1]])

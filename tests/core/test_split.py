@@ -48,14 +48,6 @@ def test_proxies_minimise_the_summed_distance():
     np.testing.assert_array_equal(split.proxies, rest[list(best)])
 
 
-def test_two_targets_share_no_proxy_though_one_frame_is_closest_to_both():
-    line = np.array([0.0, 0.1, 0.2, 5, 9, 14])[:, None] * [1.0, 0, 0]
-    capture = capture_of(line, np.tile(np.eye(3), (6, 1, 1)))
-    draws = (evaluation_split(capture, draw, 0, targets=2) for draw in range(200))
-    split = next(s for s in draws if s.targets.tolist() == [0, 2])
-    assert sorted(split.proxies.tolist()) == [1, 3]
-
-
 @pytest.mark.parametrize("far", [30, 1e6])
 def test_cameras_far_beyond_all_others_have_no_role(far):
     capture = random_capture(70)

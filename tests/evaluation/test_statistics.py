@@ -1,4 +1,4 @@
-"""Intervals hold for few places: worked by hand, against SciPy, and on simulated nulls."""
+"""Intervals hold for few places: against SciPy, and seeds and rivals on simulated nulls."""
 
 import numpy as np
 import pytest
@@ -8,15 +8,6 @@ from fsel.evaluation.statistics import ahead_of_all, holm, of_places, of_places_
 
 TRIALS = 2000
 BOUND = 0.07  # nominal 5 %, and three standard errors of the simulation are 1.5 %
-
-
-def test_two_places_by_hand():
-    found = of_places(np.array([1.0, 3.0]))
-    # standard error 1, one degree of freedom: the 97.5 % quantile of Cauchy's distribution
-    reach = np.tan(np.pi * 0.475)
-    np.testing.assert_allclose(found[:3], [2, 2 - reach, 2 + reach])
-    np.testing.assert_allclose(found.p, 1 - 2 * np.arctan(2) / np.pi)
-    assert found.n == 2
 
 
 @pytest.mark.parametrize("n", [2, 5, 24])
@@ -34,24 +25,6 @@ def test_one_place_says_nothing_about_others_and_equal_values_have_no_width():
     assert of_places(np.full(4, 1.5))[:4] == (1.5, 1.5, 1.5, 0.0)
     assert of_places(np.zeros(3)).p == 1.0
     assert of_places_and_seeds(np.full((3, 2), 1.5))[:4] == (1.5, 1.5, 1.5, 0.0)
-
-
-@pytest.mark.parametrize("places", [2, 4, 6, 12, 24])
-@pytest.mark.parametrize("ratio", [0.0, 1.0, 4.0])
-def test_a_true_null_is_seldom_rejected(places, ratio):
-    """Scene and draw variance in any proportion, three draws a scene."""
-    rng = np.random.default_rng([places, int(ratio)])
-    scenes = rng.normal(0, 1, (TRIALS, places, 1))
-    draws = rng.normal(0, np.sqrt(ratio), (TRIALS, places, 3))
-    rejected = [of_places(values).p < 0.05 for values in (scenes + draws).mean(axis=2)]
-    assert np.mean(rejected) < BOUND
-
-
-@pytest.mark.parametrize("places", [4, 6, 12, 24])
-def test_long_tails_are_no_excuse(places):
-    """Differences of PSNR have a few large values: three degrees of freedom."""
-    values = np.random.default_rng(places).standard_t(3, (TRIALS, places))
-    assert np.mean([of_places(row).p < 0.05 for row in values]) < BOUND
 
 
 @pytest.mark.parametrize("places", [2, 4, 6, 12, 24])

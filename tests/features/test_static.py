@@ -1,4 +1,4 @@
-"""The static features: by hand, against a slow twin, and at degenerate poses."""
+"""The static features: against a slow twin, and at degenerate poses."""
 
 from dataclasses import replace
 
@@ -73,30 +73,6 @@ def test_names_and_signs_are_the_papers():
     assert SIGNS["d_min_s"] == SIGNS["rho_max_o"] == SIGNS["sharpness"] == 1
 
 
-def by_hand():
-    """A proxy at (0, 0, -10) looking along z, candidates on a line through the origin."""
-    line = np.array([[0.0, 0, -10], [0, 0, -10.5], [-3, 0, 0], [3, 0, 0]])
-    capture = capture_of(line, np.tile(np.eye(3), (4, 1, 1)))
-    described = np.eye(4, dtype=np.float32)[[0, 1, 0, 2]]
-    return problem_of(capture, [0], [2, 3], [1], described, sharpness=[0, 0, 5, 6])
-
-
-def test_features_by_hand():
-    problem = by_hand()
-    table = static_features(problem, problem.candidates, proxies_of(problem))
-    values = dict(zip(STATIC, table[0], strict=True))
-    assert values["d_min_o"] == values["d_mean_o"] == values["d_p25_o"] == np.sqrt(109)
-    assert values["gamma_min_o"] == values["gamma_mean_o"] == 0
-    assert (values["rho_max_o"], values["rho_mean_o"], values["rho_std_o"]) == (1, 1, 0)
-    # the reference point is the origin: candidate along -x, proxy along -z
-    assert values["alpha_mean"] == pytest.approx(np.pi / 2)
-    assert values["tau_tri"] == pytest.approx(np.exp(-(85**2) / 200))
-    assert values["b_perp"] == 3
-    assert values["b_par"] == 10
-    assert values["c_vis"] == 0  # 90 degrees off the axis
-    assert values["sharpness"] == 5
-
-
 def test_without_appearance_no_descriptor_is_read():
     problem = random_problem(20)
     blind = replace(problem, descriptors=np.full((20, 3), np.nan, np.float32))
@@ -112,10 +88,9 @@ def test_cameras_in_one_place_have_finite_features():
 
 
 def test_a_candidate_on_a_reference_point_has_finite_features():
-    problem = by_hand()
-    centers = problem.capture.centers.copy()
-    centers[2:] = [[0, 0, 0], [0, 1e-50, 0]]
-    there = replace(problem, capture=capture_of(centers, np.tile(np.eye(3), (4, 1, 1))))
+    """A proxy at (0, 0, -10) looks along z, past a candidate at the origin and one beside it."""
+    line = np.array([[0, 0, -10], [0, 0, -10.5], [0, 0, 0], [0, 1e-50, 0]])
+    there = problem_of(capture_of(line, np.tile(np.eye(3), (4, 1, 1))), [0], [2, 3], [1])
     assert np.isfinite(static_features(there, there.observed, proxies_of(there))).all()
 
 

@@ -1,4 +1,4 @@
-"""The scorers' arithmetic by hand, and what they refuse to load."""
+"""The scorers' arithmetic against plain loops, and what they refuse to load."""
 
 import json
 import math
@@ -28,19 +28,6 @@ def test_scores_against_plain_loops():
 
     want = [layer("layer3", gelu(layer("layer2", gelu(layer("layer1", x)))))[0] for x in inputs]
     np.testing.assert_allclose(Network(weights).scores(inputs), want, rtol=1e-12)
-
-
-def test_one_unit_by_hand():
-    weights = {name: np.zeros(shape, np.float32) for name, shape in SHAPES.items()}
-    weights["layer1.weight"][3, 7] = 1
-    weights["layer2.weight"][5, 3] = 1
-    weights["layer3.weight"][0, 5] = 2
-    weights["layer3.bias"][0] = 0.5
-    x = np.zeros((1, INPUTS))
-    x[0, 7] = 1
-    first = 0.841344746068543  # Phi(1)
-    second = first * 0.5 * (1 + math.erf(first / math.sqrt(2)))
-    assert Network(weights).scores(x)[0] == pytest.approx(2 * second + 0.5, rel=1e-12)
 
 
 def test_saved_and_loaded_is_the_same(tmp_path):

@@ -31,7 +31,7 @@ def scattered(seed, count, size=0.2):
     return [np.ascontiguousarray(x, np.float32) for x in (corners, origins, rays)]
 
 
-@pytest.mark.parametrize("count", [1, 4, 5, 60])
+@pytest.mark.parametrize("count", [1, 4, 5, 300])
 def test_first_hits_are_those_of_trying_every_triangle(count):
     triangles, origins, rays = scattered(count, count)
     distances = slow_hits(triangles, origins, rays)
@@ -93,23 +93,3 @@ def test_triangles_without_area_and_many_in_one_point_are_no_obstacle():
     which, reach = hierarchy.first_hit(tree, origins, np.array([[0, 0, 1]] * 2, np.float32))
     assert which.tolist() == [101, 101]
     assert reach.tolist() == [4, 3]
-
-
-def test_every_triangle_lies_in_one_box_and_every_box_in_its_own():
-    triangles, _, _ = scattered(5, 300)
-    tree = hierarchy.build(triangles)
-    assert sorted(tree.numbers) == list(range(300))
-    waiting, seen = [0], 0
-    while waiting:
-        box = waiting.pop()
-        first, count = tree.first[box], tree.held[box]
-        if count:
-            inside = triangles[tree.numbers[first : first + count]].reshape(-1, 3)
-            assert count <= hierarchy.LEAF
-            seen += count
-        else:
-            inside = np.concatenate([tree.low[first : first + 2], tree.high[first : first + 2]])
-            waiting += [first, first + 1]
-        assert (inside >= tree.low[box]).all()
-        assert (inside <= tree.high[box]).all()
-    assert seen == 300

@@ -5,12 +5,6 @@ import numpy as np
 from fsel.training.ordering import order_subset, trajectory_weights
 
 
-def test_order_by_hand():
-    # Frame 1 has the least total distance; then frame 2 mends the far view, then frame 0.
-    distances = np.array([[0.0, 9.0, 9.0], [1.0, 1.0, 5.0], [9.0, 9.0, 0.0]])
-    np.testing.assert_array_equal(order_subset(distances, np.zeros((3, 3))), [1, 2, 0])
-
-
 def test_frames_that_cover_nothing_more_spread_out():
     # One view at 0, frames at 1, 2, 3, 6, 7: the first is closest, and no other reduces anything.
     # 7 is farthest from it; then 3, two away from 1 (2 and 6 have a frame beside them).

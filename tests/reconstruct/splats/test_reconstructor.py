@@ -45,23 +45,6 @@ def test_any_number_of_threads_gives_the_same_bytes(monkeypatch):
     assert made == made[:1] * 3
 
 
-def test_agreement_and_violation_by_hand():
-    inverse = np.full((2, 1, 1), 0.5, F)
-    inverse[1] = 0.25
-    rays = np.zeros((2, 2, 1, 1), F)
-    asked = np.array([[1], [0]])
-    turn = np.tile(np.eye(3, dtype=F), (2, 1, 1, 1))
-    ks = np.tile(np.array([1, 1, 0.5, 0.5], F), (2, 1))
-    verdicts = fusion.compare(
-        0, inverse, rays, asked, turn, np.zeros((2, 1, 3), F), ks, np.full(2, 0.1, F)
-    )
-    # none agree; the first floats before what the other sees; the second, hidden, is no evidence
-    assert verdicts.bounds[:, 0].tolist() == [[0, 1], [0, 2]]
-    assert verdicts.pixels[0, 0, 1] == verdicts.others[0, 0, 1] == 0
-    opacity = fusion.vote(0, np.ones((2, 1, 1), F), asked, verdicts, F(1))
-    assert opacity[0, 0, 0] == pytest.approx(0.2 / (0.35 + 0.2 + 1))
-
-
 def plain_support(maps, i, p, neighbours, poses, ks, tolerance):
     """(agreeing, violated, carried) neighbours of one pixel, by whole points in float64."""
     inverse, rays = maps

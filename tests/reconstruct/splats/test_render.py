@@ -29,11 +29,6 @@ def test_one_splat_on_a_pixel_centre_fills_that_pixel():
     np.testing.assert_allclose(total[8, 8], np.array([10, 20, 30, 1]) / 4, rtol=1e-4)
 
 
-def test_a_splat_between_pixels_is_shared_bilinearly():
-    total = rendered([splat(0.1, 0.15, 2.0, 0.5)], [[1, 1, 1]])
-    np.testing.assert_allclose(total[8:10, 8, 3], [0.75 / 2, 0.25 / 2], rtol=1e-3)
-
-
 def test_the_front_surface_hides_the_back():
     total = rendered([splat(0.1, 0.1, 2.0), splat(0.4, 0.4, 8.0)], [[255, 0, 0], [0, 255, 0]])
     assert total[8, 8, 1] == 0

@@ -115,23 +115,6 @@ def test_aggregation_of_the_largest_costs_stays_within_its_integers():
     assert total.max() <= bound
 
 
-def test_textureless_pixels_take_their_neighbours_plane():
-    cost = np.full((1, 9, 5), 100, S)
-    cost[0, [0, 8], 3] = 0
-    total = stereo.aggregate(cost, np.zeros((1, 9), F), S(10), F(80))
-    assert (total[0].argmin(axis=1) == 3).all()
-
-
-def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
-    cost = np.array([[[18, 8, 2, 1, 6], [14, 14, 14, 14, 14]]], S)
-    inverse = np.linspace(0.1, 0.5, 5).astype(F)
-    depth, sure = stereo.winner(cost, cost, inverse)
-    # minimum 1 at plane 3, neighbours 2 and 6: offset 0.5 * (2 - 6) / (2 + 6 - 2)
-    assert depth[0, 0] == pytest.approx(0.4 - 0.1 / 3, rel=1e-5)
-    assert sure[0, 0] > 0.2
-    assert sure[0, 1] == 0
-
-
 @pytest.mark.parametrize("planes", [2, 3, 33])
 def test_winner_equals_the_plain_least(planes):
     rng = np.random.default_rng(planes)

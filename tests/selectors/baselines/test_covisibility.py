@@ -96,15 +96,6 @@ def test_the_score_of_one_point_by_hand(degrees, score):
     np.testing.assert_allclose(row, [0, score], rtol=1e-9)
 
 
-def test_mvsnet_top_k_by_hand():
-    # seen from the proxy at 0: five degrees to frame 2, three to frame 1, thirty to frame 3
-    positions = np.tan(np.radians([0, 3, 5, 30, 40, 50]))
-    seen = [[0, 1, 2, 3], [0, 3]]
-    problem = on_a_line(positions, [[0, 0, 1]] * 2, seen, proxies=[0])
-    # frame 3 meets the proxy twice: 2 exp(-3.125) = 0.088 < exp(-2) = 0.135 for frame 1
-    assert select("mvsnet", problem, 4).tolist() == [2, 1, 3, 0]
-
-
 def test_mvsnet_sums_over_proxies(problem):
     pool = problem.observed
     total = [sum(slow_score(problem, o, j) for o in problem.proxies if o != j) for j in pool]

@@ -107,20 +107,6 @@ def test_the_order_of_candidates_matters_only_where_it_is_meant_to(name):
 
 
 @every
-def test_a_step_knows_nothing_of_its_own_pick_or_of_later_ones(name):
-    given, step = steps(), 3
-    net = network(name)
-    before = scores(net, given)
-    picks = given.picks.clone()
-    picks[step:] = given.picks[step:].flip(0)
-    features, selectable = given.features.clone(), given.selectable.clone()
-    features[step + 1 :] += 1.0
-    selectable[step + 1 :] = True
-    after = scores(net, Steps(features, selectable, picks, given.views))
-    np.testing.assert_allclose(after[: step + 1], before[: step + 1], atol=1e-6)
-
-
-@every
 def test_the_last_step_of_a_prefix_is_that_step_of_the_whole(name):
     given, step = steps(), 4
     past = torch.cat([given.picks[:step], torch.zeros(1, dtype=torch.int64)])
