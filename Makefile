@@ -68,10 +68,10 @@ docs: .venv/installed
 	.venv/bin/python tools/result_pages.py
 	.venv/bin/python tools/claims.py
 
-# the script of the page of `fsel view`, for a wheel: src/fsel/pages/viewer/bundle.js
+# the script of the page of `fsel view`, by npm: src/fsel/pages/viewer/bundle.js
 .PHONY: viewer
 viewer: .venv/installed
-	.venv/bin/python -m fsel.pages.viewer.bundle
+	.venv/bin/python tools/viewer_bundle.py
 
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 .PHONY: site picture

@@ -52,6 +52,7 @@ def installed(distribution, place):
     # the other packages are those of this one: of a folder in PYTHONPATH, Python does not follow
     # the `.pth` files, by which the checkout is installed
     own = os.environ | {"PYTHONPATH": sysconfig.get_path("purelib")}
+    own |= {"FSEL_CACHE": str(place / "cache")}
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
     pip = [sys.executable, "-m", "pip", "--python", place / "bin" / "python", "install", "--quiet"]
     words = ["--no-deps", "--no-index", "--no-build-isolation", distribution]
@@ -68,6 +69,8 @@ def test_both_distributions_select_alike(built, tmp_path):
         assert fsel("--version").split() == ["fsel", VERSION]
         if not picked:
             fsel("demo", "garden", "-o", tmp_path / "garden")
+            compiled = {path.relative_to(place).parts[:2] for path in place.rglob("*.nb[ic]")}
+            assert compiled == {("cache", "compiled")}  # what pip uninstalls leaves nothing behind
         fsel("select", tmp_path / "garden", "-k", "5", "--patience", "0", "-o", "picked")
         picked.append((place / "picked" / "frames.txt").read_text().split())
     assert picked[0] == picked[1]

@@ -278,6 +278,26 @@ def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, mo
     assert "fsel: poses by places: " in capsys.readouterr().err
 
 
+def test_the_cache_is_listed_and_cleared_but_for_what_is_in_use(cache, tmp_path, capsys):
+    photos = tmp_path / "photos"
+    image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
+    by = shlex.join(pose_program.written(tmp_path))
+    assert run("poses", photos, "--by", by, "-o", tmp_path / "out", "--quiet") == 0
+    (cache / "weights.pt").write_bytes(bytes(1000))
+    assert run("cache", "--json") == 0
+    content = json.loads(capsys.readouterr().out)
+    places, weights = sorted(content["entries"], key=lambda entry: entry["name"] == "weights.pt")
+    assert (content["folder"], places["of"]) == (str(cache), f"poses of {photos}")
+    assert (weights["bytes"], weights["of"]) == (1000, "")
+    with opening.locked(cache / places["name"] / opening.LOCK):
+        assert run("cache", "--clear") == 0
+    assert f"{cache / places['name']}: is in use, and stays" in capsys.readouterr().err
+    assert [path.name for path in cache.iterdir()] == [places["name"]]
+    assert run("cache", "--clear", "--quiet") == 0
+    assert not any(cache.iterdir())
+    assert len(list((tmp_path / "out" / "images").iterdir())) == 5
+
+
 def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_path, capsys):
     """A phone that was held in four ways: EXIF tells how, and the cameras are of one size."""
     photos, names = tmp_path / "photos", [f"{i}.jpg" for i in range(8)]

@@ -10,18 +10,15 @@ from small_captures import write_ring
 from fsel.captures import lazy
 from fsel.cli import main, open_capture
 from fsel.cli.open_capture import as_written, record_of
-from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 
 
 @pytest.fixture
-def picked(tmp_path, monkeypatch):
+def picked(tmp_path):
     """A selection whose record says that its capture was a video, placed with another's frames."""
     write_ring(tmp_path / "ring")
     asked = ["-k", "5", "--patience", "0", "--up", "auto", "--quiet"]
     assert main(["select", str(tmp_path / "ring"), *asked, "-o", str(tmp_path / "picked")]) == 0
-    monkeypatch.setattr(bundle, "script", lambda: "")
-    monkeypatch.setattr("fsel.cli.view.script", lambda: "")
     return tmp_path / "picked"
 
 

@@ -14,21 +14,17 @@ from small_captures import write_ring
 
 from fsel.cli import main, view
 from fsel.pages import shown
-from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 
 
 @pytest.fixture
-def made(tmp_path, monkeypatch):
-    """A capture, a selection of it and a model; the script of the page is a stand-in."""
+def made(tmp_path):
+    """A capture, a selection of it and a model."""
     write_ring(tmp_path / "ring")
     arguments = ["-k", "5", "--targets", "every:8", "--patience", "0", "--quiet"]
     assert main(["select", str(tmp_path / "ring"), *arguments, "-o", str(tmp_path / "picked")]) == 0
     one = np.ones((1, 3))
     ply.write_round(tmp_path / "model.ply", one, one * 0.5, one[:, 0] * 0.5, one[:, 0] * 0.1)
-    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(bundle, "SHIPPED", tmp_path / "bundle.js")
-    (tmp_path / "bundle.js").write_text(f"/* {bundle._mark()}\n*/")
     return tmp_path
 
 

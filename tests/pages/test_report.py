@@ -16,7 +16,6 @@ from fsel.cli import main
 from fsel.cli.select import AGAINST, without
 from fsel.pages.report import WORLD, speeds, with_view
 from fsel.pages.shown import _extent
-from fsel.pages.viewer import bundle
 
 MEASURE = """(() => {
 const all = (query) => [...document.querySelectorAll(query)];
@@ -97,10 +96,6 @@ def test_the_page_names_the_command_that_shows_it_in_a_scene(out):
 
 @needs_a_browser
 def test_with_the_viewer_frames_and_cameras_are_chosen_together(out, tmp_path):
-    try:
-        bundle.script()
-    except ValueError as error:  # offline, and never made before
-        pytest.skip(str(error))
     assert main(["view", str(out), "-o", str(tmp_path / "view.html")]) == 0
     page = (tmp_path / "view.html").read_text()
     assert acted(page, (1000, 800), FLOWN, tmp_path) == [5, 6, "frame_006.jpg", 1, 7]

@@ -32,7 +32,7 @@ from fsel.core.limits import MAX_ERROR, threads
 from fsel.core.names import distinct
 from fsel.core.wording import counted
 
-CAPTURE, FOUND = "capture", "poses.json"
+CAPTURE, FOUND, LOCK = "capture", "poses.json", "lock"
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
@@ -73,8 +73,8 @@ def opened(
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
     if (opening.features or opening.pose_masks) and not sought:
-        what = "--features is" if opening.features else "--masks poses:DIR is"
-        raise ValueError(f"{first}: already has poses; {what} for COLMAP's (--poses colmap)")
+        what = "--features" if opening.features else "--masks poses:DIR"
+        raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: --poses colmap")
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
@@ -117,7 +117,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     sources, sampling = _sources(opening, reporter)
     place = cache() / _digest(sources, sampling, by, kind, masks)
     place.mkdir(parents=True, exist_ok=True)
-    with locked(place / "lock"):
+    with locked(place / LOCK):
         if not (place / FOUND).is_file():
             if not features.fetched(kind):
                 reporter.say("features", f"fetching the weights of {kind}, once")
@@ -276,7 +276,7 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
     if len(files) < least:
         raise ValueError(
             f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
-            f"images or in input; at least {least} are needed{empty}"
+            f"images or in input; needed: {least} or more{empty}"
         )
     return tuple(files)
 
@@ -299,8 +299,9 @@ def _digest(
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 
-def locked(path: Path) -> AbstractContextManager:
-    """A block that begins when no other process is within one of the same file."""
+def locked(path: Path, seconds: float = -1) -> AbstractContextManager:
+    """A block that begins when no other process is within one of the same file; `TimeoutError`
+    after some seconds, unless below 0."""
     from filelock import FileLock  # here: most captures have their poses
 
-    return FileLock(path)
+    return FileLock(path, seconds)

@@ -65,7 +65,7 @@ def _run(args: Namespace, interruption: Interruption) -> int:
 
 def _in_words(error: Exception, args: Namespace) -> str:
     """Return one line that names a file."""
-    read = getattr(args, "capture", None) or args.out
+    read = getattr(args, "capture", None) or getattr(args, "out", None)
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(args, "out", None) or read
         if error.errno in FULL:  # a copy's error has the name of what was read

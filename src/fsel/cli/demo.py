@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-import cv2
-import numpy as np
-
+from fsel.captures.images.video import write_video
 from fsel.captures.layouts import colmap
 from fsel.cli.console import Console
 from fsel.core.outputs import staged
@@ -25,11 +23,6 @@ def run(args: argparse.Namespace, console: Console) -> None:
         with console.clock("generating"):
             made = record(*SCENES[args.scene], FRAMES, *SIZE)
         colmap.write(made, stage)
-        film = cv2.VideoWriter(str(stage / VIDEO), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
-        for image in made.images:
-            film.write(np.ascontiguousarray(image[..., ::-1]))
-        film.release()
-        if not (stage / VIDEO).is_file():
-            raise ValueError(f"{args.out / VIDEO}: OpenCV has no encoder for MPEG-4 here")
+        write_video(stage / VIDEO, made.images, RATE)
     console.say("written", f"{args.out}: images, sparse/0, {VIDEO}")
     console.give({"capture": str(args.out), "video": str(args.out / VIDEO)})

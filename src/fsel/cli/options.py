@@ -30,6 +30,17 @@ OPENING = {
     "skip_unreadable": False,
 }
 """What `add_opening` adds, and what they are where a command line does not say."""
+EXAMPLES = {
+    "demo": "garden -o captures/garden",
+    "poses": "walk.mp4 -o walked",
+    "select": "walk.mp4 -k 30 -o walk30",
+    "info": "captures/garden",
+    "compare": "captures/garden -k 10,20 -o compared",
+    "reconstruct": "walk30 -o walk.ply",
+    "render": "walk.ply --capture walk30 --targets orbit --video orbit.mp4",
+    "view": "walk.ply walk30 -o walk.html",
+    "cache": "--clear",
+}
 
 
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
@@ -89,7 +100,8 @@ def duration(text: str) -> float:
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
     """Add a command with the options that all share."""
-    command = commands.add_parser(name, help=text, description=text)
+    example = f"example: fsel {name} {EXAMPLES[name]}"
+    command = commands.add_parser(name, help=text, description=text, epilog=example)
     command.add_argument("--quiet", action="store_true", help="print only errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(command=name)
@@ -100,7 +112,7 @@ def capture_command(commands, name: str, text: str) -> argparse.ArgumentParser:
     """Add a command that reads a capture, with the options of how it is opened."""
     command = bare_command(commands, name, text)
     add_captures(command)
-    add_opening(command)
+    add_opening(command.add_argument_group("input"))
     return command
 
 
@@ -108,7 +120,7 @@ def add_captures(command: argparse.ArgumentParser) -> None:
     """Add what is read: a capture, or several parts whose poses are found together."""
     command.add_argument("capture", type=Path, help="folder of a capture or of photos, or a video")
     text = "more videos and folders of photos of the same scene"
-    command.add_argument("beside", type=Path, nargs="*", help=text)
+    command.add_argument("beside", type=Path, nargs="*", default=[], help=text)
 
 
 def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> None:

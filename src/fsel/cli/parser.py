@@ -97,6 +97,9 @@ def parser() -> argparse.ArgumentParser:
     _add_reconstruct(commands)
     _add_render(commands)
     _add_view(commands)
+    text = "List what is kept in the user's cache: found poses, weights, compiled code."
+    kept = bare_command(commands, "cache", text)
+    kept.add_argument("--clear", action="store_true", help="remove it")
     return root
 
 
@@ -177,7 +180,7 @@ def _add_render(commands) -> None:
     command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
     text = "capture whose world frame the .ply uses"
     command.add_argument("--capture", type=Path, required=True, help=text)
-    add_opening(command)
+    add_opening(command.add_argument_group("input"))
     text = (
         "views to render: every:N or names.txt (frames, scored against their photos), or "
         "path.json, orbit or trajectory (rendered only)"
@@ -199,7 +202,7 @@ def _add_view(commands) -> None:
     command = bare_command(commands, "view", text)
     text = "a 3DGS .ply, a folder written by `fsel select`, a capture, or several of these"
     command.add_argument("source", type=Path, nargs="+", help=text)
-    add_opening(command)
+    add_opening(command.add_argument_group("input"))
     add_size(command, default=480)
     place = add_output(command, ".html file to write")
     place.add_argument(

@@ -36,7 +36,6 @@ RECORDED = (
 def add_select(commands) -> None:
     text = "Pick the frames that best serve the views to be rendered."
     command = bare_command(commands, "select", text)
-    command.epilog = "example: fsel select walk.mp4 -k 30 -o walk30"
     add_captures(command)
     add_threads(command)
     add_output(command, "folder to write")

@@ -22,7 +22,6 @@ from fsel.core.wording import counted
 from fsel.pages import viewer
 from fsel.pages.report import REPORT, with_view
 from fsel.pages.shown import SIDE, adds, picture_side
-from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
 from fsel.selection.export.forms import CLOUD
 from fsel.selection.export.record import RECORD
@@ -40,7 +39,6 @@ def run(args: argparse.Namespace, console: Console) -> None:
     sources = sources_of(args.source)
     if args.out is not None and args.out.suffix.lower() != ".html":
         raise ValueError(f"{args.out}: a page must be an .html file. Hint: -o NAME.html")
-    script()  # a viewer that cannot be made is refused before work
     if args.serve is not None:
         _serve(args, sources, console)
         return

@@ -1,4 +1,4 @@
-"""Two ways to compile a function with numba.
+"""Ways to compile a function with numba.
 
 The order in which sums are fastest depends on the processor, and with it their last digits. Values
 that are cut to an integer, compared or ranked are computed by functions that `exact` compiles; sums
@@ -9,15 +9,42 @@ digits differ between two makers of processors.
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numba
+
+from fsel.core.files import cache
 
 EXACT = {"nnan", "nsz"}  # no NaN, and no sign of zero: least and largest of two in one instruction
 REORDERED = {"reassoc", "contract"}
+COMPILED = "compiled"  # folder of the user's cache
+INSTALLED = {"site-packages", "dist-packages"} & {*Path(__file__).parts}
 
-exact = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=EXACT)
+
+def _stored(**options: Any) -> Any:
+    """Return a decorator that compiles and stores, of an installed package in the user's cache: pip
+    would leave what lies beside the sources."""
+
+    def compiled(function: Any) -> Any:
+        stated = numba.config.CACHE_DIR
+        if INSTALLED:
+            numba.config.CACHE_DIR = stated or str(cache() / COMPILED)
+        try:
+            return numba.njit(cache=True, nogil=True, **options)(function)
+        finally:
+            numba.config.CACHE_DIR = stated
+
+    return compiled
+
+
+plain = _stored()
+"""Compile a function as Python has it: a division by zero raises an error."""
+
+exact = _stored(error_model="numpy", fastmath=EXACT)
 """Compile a function whose operations round as they are written; 1 / 0 is infinite."""
 
-reordered = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=REORDERED)
+reordered = _stored(error_model="numpy", fastmath=REORDERED)
 """Compile a function whose sums may be taken in any order, and fused with products."""
 
 inlined = numba.njit(inline="always", nogil=True, error_model="numpy")

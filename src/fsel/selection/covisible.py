@@ -8,9 +8,9 @@ that helps.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from fsel.core.compiled import plain
 from fsel.core.problem import Problem
 from fsel.selectors.baselines.covisibility import Tracks, tracks
 
@@ -20,7 +20,6 @@ PAIRS = 4_000_000  # of observations of one point that are held at most: 32 MB
 ROUNDS = 4  # over all picks, each of which may be exchanged
 RISE = 1e-6  # share by which an exchange must raise the value: sums are not more exact
 
-_jit = numba.njit(cache=True, nogil=True)
 Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
 """What `_pairs` returns."""
 
@@ -52,7 +51,7 @@ def _kept(seen: Tracks) -> np.ndarray:
     return kept
 
 
-@_jit
+@plain
 def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pairs:
     """List for each row the observations of the points it sees, its own too, and its worths.
 
@@ -85,7 +84,7 @@ def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pai
     return start, partner, worth
 
 
-@_jit
+@plain
 def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """Value that a row adds to that of the picks, which serve each observation as noted."""
     start, partner, worth = pairs
@@ -101,7 +100,7 @@ def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: n
     return total
 
 
-@_jit
+@plain
 def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
     """Note the best and second best worth of every observation with one pick more."""
     start, partner, worth = pairs
@@ -113,7 +112,7 @@ def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
             second[e] = value
 
 
-@_jit
+@plain
 def _best(
     picked: np.ndarray, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> tuple[int, float]:
@@ -127,7 +126,7 @@ def _best(
     return best, most
 
 
-@_jit
+@plain
 def _exchanged(
     pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
 ) -> np.ndarray:

@@ -6,15 +6,13 @@ takes at most 1 + ln(points of a frame) times the smallest number of frames (Dob
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from fsel.core.compiled import plain
 from fsel.selectors.baselines.covisibility import Tracks
 
 ANGLE = np.radians(2)  # between two of the directions that a point is to be seen from
 Arrays = tuple[np.ndarray, ...]
-
-_jit = numba.njit(cache=True, nogil=True)
 
 
 def multicover(seen: Tracks, times: int, share: float = 1.0) -> np.ndarray:
@@ -42,7 +40,7 @@ def sightings(seen: Tracks, rows: np.ndarray) -> np.ndarray:
     return np.bincount(seen.point[chosen[seen.row]], minlength=len(seen.point_start) - 1)
 
 
-@_jit
+@plain
 def _apart(bearing: np.ndarray, a: int, b: int) -> float:
     """Radians between two directions."""
     square = 0.0
@@ -51,7 +49,7 @@ def _apart(bearing: np.ndarray, a: int, b: int) -> float:
     return 2 * np.arcsin(min(1.0, 0.5 * np.sqrt(square)))
 
 
-@_jit
+@plain
 def _widest(arrays: Arrays) -> np.ndarray:
     """(M,) the largest angle between two directions of each point, two degrees at most."""
     start, _, _, bearing, _, _ = arrays
@@ -64,7 +62,7 @@ def _widest(arrays: Arrays) -> np.ndarray:
     return widest
 
 
-@_jit
+@plain
 def _widened(arrays: Arrays, own: int, picked: np.ndarray, width: float) -> float:
     """The widest angle of a point's picked directions with one more, two degrees at most."""
     start, row, point, bearing, _, _ = arrays
@@ -75,7 +73,7 @@ def _widened(arrays: Arrays, own: int, picked: np.ndarray, width: float) -> floa
     return width
 
 
-@_jit
+@plain
 def _greedy(
     arrays: Arrays, counted: np.ndarray, least: np.ndarray, times: int, enough: int
 ) -> np.ndarray:

@@ -113,7 +113,7 @@ def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch):
 
 def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
     assert main(["info", str(tmp_path), "--features", "xfeat"]) == 1
-    assert "already has poses; --features is for" in capsys.readouterr().err
+    assert "--features is for poses by COLMAP" in capsys.readouterr().err
 
 
 def test_sift_sees_in_the_dark(tmp_path):

@@ -1,6 +1,9 @@
 """Masks that features are kept to: of a folder, or by a program."""
 
+import os
+import re
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -9,7 +12,7 @@ import pytest
 from small_captures import run
 
 from fsel.captures.colmap import features, runs
-from fsel.captures.colmap.estimator import Estimator
+from fsel.captures.colmap.estimator import program
 from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import bare
@@ -17,11 +20,19 @@ from fsel.captures.poses import sfm
 
 RIGHT = np.uint8(255) * np.tile(np.arange(160) >= 80, (120, 1))
 NAMES = [f"{i}.png" for i in range(3)]
-PROGRAM = """
-import shutil
+ROOT = Path(__file__).resolve().parents[3]
+REMBG = f"""#!{sys.executable}
+import shutil, sys
 from pathlib import Path
+assert sys.argv[1:] == "p -om -m u2net_human_seg images masks".split(), sys.argv
 for file in Path("images").iterdir():
-    shutil.copy("../../masks/0.png", f"masks/{file.name}")
+    shutil.copy("../../people/0.png", Path("masks", file.stem + ".png"))
+"""
+MOGRIFY = f"""#!{sys.executable}
+import sys, cv2
+assert sys.argv[1] == "-negate"
+for name in sys.argv[2:]:
+    cv2.imwrite(name, 255 - cv2.imread(name))
 """
 
 
@@ -43,6 +54,18 @@ class Everywhere:
         return np.array([[1.0, 1], [158, 1], [1, 118], [158, 118]]), np.zeros((4, 8), np.float32)
 
 
+def by_rembg(folder, monkeypatch):
+    """The program of the recipe in the documentation; what it calls are stand-ins."""
+    for name, script in (("rembg", REMBG), ("mogrify", MOGRIFY)):
+        (folder / name).write_text(script)
+        (folder / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
+    image_files.write(255 - RIGHT[None], folder / "people", NAMES[:1])
+    text = " ".join((ROOT / "docs" / "cli.md").read_text().split())
+    (line,) = re.findall(r'rembg: `"(.*?)"`', text)
+    return program((line,), "mask-by")
+
+
 @pytest.mark.parametrize("kind", ["folder", "program", "network"])
 def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch):
     monkeypatch.setattr(features, "network", lambda kind: Everywhere())
@@ -50,8 +73,8 @@ def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch)
     work.folder.mkdir()
     raw, database = bare.read(photos), work.folder / sfm.DATABASE
     names = runs.linked(raw.images, work.folder / "images", ())
-    program = Estimator(by=(sys.executable, "-c", PROGRAM))
-    sfm._mask(raw, names, work.folder, program if kind == "program" else tmp_path / "masks")
+    made = by_rembg(tmp_path, monkeypatch) if kind == "program" else tmp_path / "masks"
+    sfm._mask(raw, names, work.folder, made)
     runs.extract(database, work.folder / "images", names, work)
     with pycolmap.Database.open(str(database)) as stored:
         for image in stored.read_all_images():
@@ -69,7 +92,7 @@ def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch)
         ("poses photos --masks few --by true", "not for --by"),
         ("poses photos --mask-by true --by true", "not for --by"),
         ("poses photos --mask-by false", "masks by false"),
-        ("select few -k 2 --masks poses:few", "--masks poses:DIR is for COLMAP's"),
+        ("select few -k 2 --masks poses:few", "--masks poses:DIR is for poses"),
     ],
 )
 def test_masks_that_do_not_fit_are_refused(line, said, photos, tmp_path, capsys):

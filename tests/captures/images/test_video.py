@@ -1,5 +1,6 @@
 """Videos: frames out of them, which images are matched, and what is written."""
 
+import os
 import struct
 
 import cv2
@@ -156,6 +157,23 @@ def test_a_video_has_its_frames_at_an_even_size(size, tmp_path):
     assert film.get(cv2.CAP_PROP_FPS) == 25
     assert {frame.shape for frame in read} == {(48, 64, 3)}
     np.testing.assert_allclose([frame[..., 2].mean() for frame in read], shades, atol=8)
+
+
+ENCODER = """#!/bin/sh
+if [ "$1" = -encoders ]; then echo " V....D libx264"; else for place; do :; done; cat > "$place"; fi
+"""
+
+
+def test_the_system_s_ffmpeg_encodes_where_it_can(tmp_path, monkeypatch):
+    program, frames = tmp_path / "ffmpeg", np.arange(240, dtype=np.uint8).reshape(2, 8, 5, 3)
+    program.write_text(ENCODER)
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    video.write_video(tmp_path / "a.mp4", frames, 25)
+    assert (tmp_path / "a.mp4").read_bytes() == frames[:, :, :4].tobytes()
+    program.write_text(ENCODER.replace("; fi", "; exit 3; fi"))
+    with pytest.raises(OSError, match="exit code 3"):
+        video.write_video(tmp_path / "a.mp4", frames, 25)
 
 
 def test_a_video_without_a_codec_is_refused(tmp_path, monkeypatch):

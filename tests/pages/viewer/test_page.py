@@ -3,7 +3,6 @@
 import base64
 import gzip
 import io
-import shutil
 
 import cv2
 import numpy as np
@@ -12,9 +11,9 @@ from browsing import acted, needs_a_browser
 from plyfile import PlyData
 from small_captures import ring
 
+import viewer_bundle
 from fsel.core.capture import Capture
 from fsel.pages import viewer
-from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians import GaussianModel
 
@@ -145,10 +144,6 @@ def cameras(capture):
 
 @pytest.fixture(scope="module")
 def page(capture, cameras, cloud):
-    try:
-        bundle.script()
-    except ValueError as error:  # offline, and never made before
-        pytest.skip(str(error))
     return viewer.page("<splat>", viewer.scene(capture, cameras, cloud))
 
 
@@ -182,22 +177,10 @@ def test_points_are_shown_where_there_is_no_model(capture, cameras):
     np.testing.assert_allclose(shown, capture.centers, atol=1e-4)
 
 
-def test_without_npm_a_page_that_has_no_script_yet_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setenv("FSEL_CACHE", str(tmp_path))
-    monkeypatch.setattr(bundle, "SHIPPED", tmp_path / "bundle.js")
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    monkeypatch.setattr(bundle, "find_spec", lambda name: None)
-    with pytest.raises(ValueError, match=r"pip install 'fsel\[viewer\]'"):
-        bundle.script()
-    (tmp_path / "bundle.js").write_text("/* of other sources\n*/")  # by an older version
-    with pytest.raises(ValueError, match="there is no npm here"):
-        bundle.script()
-
-
-def test_the_script_has_its_packages_licences(page):
-    script = bundle.script()
-    head = script[: script.index("*/")]
-    assert head.count("Permission is hereby granted, free of charge") == len(bundle.LICENSED)
+def test_the_script_is_of_these_sources_and_has_its_packages_licences():
+    head, _, _ = viewer.SCRIPT.read_text(encoding="utf-8").partition("*/")
+    assert head.split()[1] == viewer_bundle.mark()
+    assert head.count("Permission is hereby granted, free of charge") == len(viewer_bundle.LICENSED)
 
 
 @needs_a_browser

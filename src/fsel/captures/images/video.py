@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import shutil
+import subprocess
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from itertools import chain
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
@@ -206,21 +210,45 @@ def _written(best: tuple[SampledFrame, np.ndarray], folder: Path) -> SampledFram
     return kept
 
 
-CODECS = ("avc1", "vp09", "mp4v")  # H.264 where OpenCV's FFmpeg encodes it, VP9, MPEG-4
+CODECS = ("avc1", "vp09", "mp4v")  # of OpenCV: H.264 where its FFmpeg encodes it, VP9, MPEG-4
+H264 = "libx264"  # of the system's ffmpeg
+ENCODE = (
+    "-y -v error -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i - "
+    "-c:v libx264 -crf 18 -pix_fmt yuv420p -movflags +faststart"
+)
 
 
-def write_video(path: Path, frames: Iterable[np.ndarray], rate: int) -> None:
-    """Write (h, w, 3) uint8 RGB frames of one size; an odd last row or column is left out."""
+def write_video(path: Path, frames: Iterable[np.ndarray], rate: float) -> None:
+    """Write (h, w, 3) uint8 RGB frames of one size, in H.264 where the system's ffmpeg or OpenCV
+    encodes it; an odd last row or column is left out."""
+    frames = iter(frames)
+    first = next(frames)
+    height, width = (side // 2 * 2 for side in first.shape[:2])
+    with _encoder(path, (width, height), rate) as encode:
+        for frame in chain([first], frames):
+            encode(np.ascontiguousarray(frame[:height, :width]))
+
+
+@contextmanager
+def _encoder(path: Path, size: image_files.Size, rate: float) -> Iterator[Any]:
+    """Yield a function that takes the frames of a video of (width, height) in turn."""
+    if program := shutil.which("ffmpeg"):
+        known = subprocess.run([program, "-encoders"], capture_output=True, text=True).stdout
+    if program and H264 in known:
+        words = ENCODE.format(width=size[0], height=size[1], rate=rate).split()
+        with subprocess.Popen([program, *words, path], stdin=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            yield process.stdin.write
+        if process.returncode:
+            raise OSError(f"{path}: {program} ended with exit code {process.returncode}")
+        return
     writer = cv2.VideoWriter()
-    for frame in frames:
-        height, width = (side // 2 * 2 for side in frame.shape[:2])
-        for codec in () if writer.isOpened() else CODECS:
-            code = cv2.VideoWriter.fourcc(*codec)
-            if writer.open(str(path), cv2.CAP_FFMPEG, code, rate, (width, height)):
-                break
-        if not writer.isOpened():
-            raise OSError(f"{path}: OpenCV has no codec for it; tried: {', '.join(CODECS)}")
-        writer.write(np.ascontiguousarray(frame[:height, :width, ::-1]))
+    for codec in CODECS:
+        if writer.open(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*codec), rate, size):
+            break
+    else:
+        raise OSError(f"{path}: OpenCV has no codec for it; tried: {', '.join(CODECS)}")
+    yield lambda frame: writer.write(frame[..., ::-1])
     writer.release()
 
 

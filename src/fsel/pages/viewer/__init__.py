@@ -7,6 +7,7 @@ import gzip
 import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,11 +16,12 @@ from fsel.core.geometry import upwards
 from fsel.core.points import SparsePoints
 from fsel.core.subsets import evenly
 from fsel.pages.shell import data, head, source
-from fsel.pages.viewer.bundle import WEB, script
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians.render import NEAREST
 from fsel.selection.paths import attention
 
+WEB = Path(__file__).parent / "web"
+SCRIPT = WEB.with_name("bundle.js")  # `make viewer` makes it of what is in `web`
 STATES = {  # colours of the report
     "pick": {"colour": "#d55e00", "label": "picked"},
     "held": {"colour": "#0072b2", "label": "held out"},
@@ -146,11 +148,11 @@ def _cameras(capture: Capture, cameras: Sequence[ViewerCamera], origin: np.ndarr
 
 def component(content: dict) -> str:
     """Return an element that shows a `scene`; scripts find it as `view`, to `fly` and `leave`."""
-    style = (WEB / "viewer.css").read_text(encoding="utf-8")
+    style, script = (f.read_text(encoding="utf-8") for f in (WEB / "viewer.css", SCRIPT))
     find = "document.getElementById"
     mounted = f"fselViewer.mount({find}('view'), JSON.parse({find}('view-data').textContent))"
     return (
-        f"<style>{style}</style><div id='view'></div><script>{script()}</script>"
+        f"<style>{style}</style><div id='view'></div><script>{script}</script>"
         f"{data('view-data', content)}"
         f"<script>window.view = {mounted};</script>"
     )

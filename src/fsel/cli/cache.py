@@ -1,0 +1,48 @@
+"""`fsel cache`: list what is kept in the user's cache folder, and clear it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from pathlib import Path
+
+from fsel.captures.opening import FOUND, LOCK, locked
+from fsel.cli.console import Console
+from fsel.core.files import cache
+
+
+def run(args: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    folder, entries, total = cache(), [], 0
+    for path in sorted(folder.iterdir() if folder.is_dir() else ()):
+        files = [path, *path.rglob("*")]
+        size = sum(file.lstat().st_size for file in files)  # of links, not of what they lead to
+        entries.append({"name": path.name, "bytes": size, "of": _source(path)})
+        console.say(f"{size / 1e6:.1f} MB", f"{path.name}  {entries[-1]['of']}")
+        total += size
+        if args.clear:
+            _remove(path, console)
+    said = "cleared" if args.clear else "fsel cache --clear empties it"
+    console.say("cache", f"{folder}: {total / 1e6:.1f} MB; {said}")
+    console.give({"folder": str(folder), "entries": entries})
+
+
+def _source(path: Path) -> str:
+    """Say what an entry is, where its name does not."""
+    if (path / FOUND).is_file():
+        found = json.loads((path / FOUND).read_text(encoding="utf-8"))
+        return f"poses of {', '.join(found['sources'])}"
+    return "poses, unfinished" if (path / LOCK).is_file() else ""
+
+
+def _remove(path: Path, console: Console) -> None:
+    """Remove an entry, unless another process is at work in it."""
+    if path.is_file():
+        path.unlink()
+        return
+    try:
+        with locked(path / LOCK, seconds=0):
+            shutil.rmtree(path)
+    except TimeoutError:
+        console.warn(f"{path}: is in use, and stays")
