@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cv2
 import pytest
-from small_captures import camera_path, record_of, ring, select
+from small_captures import camera_path, ring, select
 
 from fsel.selection.export import placing, subset
 
@@ -41,18 +41,6 @@ def test_bad_input_is_refused_in_one_line(asked, said, capture, tmp_path, monkey
 def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"'\.\./x\.jpg': its name leads out"):
         placing.inside(tmp_path / "images", "../x.jpg")
-
-
-def test_an_existing_folder_is_replaced_only_when_forced(capture, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert select(capture, "-k", 4, "-o", out) == 0
-    before = (out / "selection.json").read_text()
-    assert select(capture, "-k", 5, "-o", out) == 1
-    assert "--force" in capsys.readouterr().err
-    assert (out / "selection.json").read_text() == before
-    assert select(capture, "-k", 5, "-o", out, "--force") == 0
-    assert len(record_of(out)["frames"]) == 5
-    assert len(list((out / "images").iterdir())) == 5
 
 
 def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch, capsys):

@@ -13,23 +13,6 @@ import fsel
 from fsel.selection.focus import check_within, from_box, scene_bounds
 
 
-def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path, capsys):
-    (tmp_path / "walk.mp4").write_bytes(b"\x00\xffno video")
-    refused = {
-        "gone.mp4": ["info", tmp_path / "gone.mp4"],
-        str(capture): ["info", capture / "sparse"],
-        "every:N": ["select", capture, "-k", 4, "--targets", tmp_path / "walk.mp4"],
-        "gone.txt": ["select", capture, "-k", 4, "--never", tmp_path / "gone.txt"],
-        "NAME.ply": ["reconstruct", capture],
-    }
-    for named, asked in refused.items():
-        assert run(*asked, *([] if asked[0] == "info" else ["-o", tmp_path / "o"])) == 1
-        printed = capsys.readouterr().err
-        assert named in printed
-        assert "codec" not in printed
-    assert not (tmp_path / "o").exists()
-
-
 def test_all_frames_are_all_of_them(capture, tmp_path, capsys):
     assert select(capture, "-k", 10, "--method", "all", "-o", tmp_path / "out") == 1
     assert "takes every frame; allowed: 24" in capsys.readouterr().err

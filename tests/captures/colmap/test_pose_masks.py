@@ -68,8 +68,8 @@ def by_rembg(folder, monkeypatch):
 
 @pytest.mark.parametrize("kind", ["folder", "program", "network"])
 def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch):
-    monkeypatch.setattr(features, "network", lambda kind: Everywhere())
-    work = Work(tmp_path / "work", features="xfeat" if kind == "network" else "sift")
+    monkeypatch.setattr(features, "network", Everywhere)
+    work = Work(tmp_path / "work", features="aliked" if kind == "network" else "sift")
     work.folder.mkdir()
     raw, database = bare.read(photos), work.folder / sfm.DATABASE
     names = runs.linked(raw.images, work.folder / "images", ())

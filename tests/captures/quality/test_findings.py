@@ -75,6 +75,7 @@ def test_what_hides_a_middle_has_other_colors_and_no_points():
     observed[:6] = True
     for cover in (other, np.full((30, 3), 100.0)):
         assert photometry.hidden_share(cover, expected, observed) == pytest.approx(0.8)
+        assert photometry.hidden_share(cover, expected, observed, 18) == pytest.approx(0.5)
     other[:10] = 0  # unknown
     assert photometry.hidden_share(other, expected, observed) == 1
     other[:11] = 0

