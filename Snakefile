@@ -76,7 +76,7 @@ if experiment.labelled:
 
 
 include: "workflow/rules/evaluation.smk"
-# when asked for: other tables and figures by their paths, or all of the paper's by `paper`
+# on request: other tables and figures by their paths, or all of the paper's by `paper`
 include: "workflow/rules/paper.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/selections.smk"

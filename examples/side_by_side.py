@@ -1,11 +1,11 @@
-"""A flight between held-out views, through what every n-th frame and the picks of fsel show.
+"""A flight between held-out views, through uniformly sampled frames and the picks of fsel.
 
 python examples/side_by_side.py                                 # a generated capture, minutes
 python examples/side_by_side.py --capture captures/garden --targets 30:60:4 -k 12
 
 Frames FROM:TO:STEP of the capture are held out: they are the views to be rendered. Both selections
-have as many frames, and each is reconstructed by 3D Gaussians on the CPU; the captions tell their
-mean PSNR at the held-out views.
+have as many frames, and each is reconstructed by 3D Gaussians on the CPU; the captions show
+their mean PSNR at the held-out views.
 """
 
 import argparse
@@ -27,7 +27,7 @@ RATE = 12  # pictures a second
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description="Every n-th frame beside the picks of fsel.")
+    parser = argparse.ArgumentParser(description="Uniform samples beside the picks of fsel.")
     parser.add_argument("--capture", help="a folder that fsel reads; a generated one by default")
     parser.add_argument("--targets", default="30:60:4", help="the frames held out: FROM:TO:STEP")
     parser.add_argument("-k", type=int, default=12, help="frames to select")

@@ -1,4 +1,4 @@
-"""The recipes of docs/architecture.md, followed as written in a copy of the repository."""
+"""The recipes of docs/extend.md, followed as written in a copy of the repository."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import pytest
 from small_captures import SIZE, write_ring
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "architecture.md"
+PAGE = ROOT / "docs" / "extend.md"
 STEP = re.compile(
     r"(?:^`(?P<file>[^`\n]+)`:\n\n"
     r"|^In `(?P<edited>[^`\n]+)`, below the line with `(?P<anchor>[^`\n]+)`:\n\n)?"
@@ -23,8 +23,7 @@ STEP = re.compile(
 
 def recipes():
     """Title -> its steps, in order."""
-    page = PAGE.read_text().partition("\n## Recipes\n")[2]
-    parts = re.split(r"^### (.*)$", page, flags=re.M)[1:]
+    parts = re.split(r"^## (.*)$", PAGE.read_text(), flags=re.M)[1:]
     return dict(zip(parts[::2], (list(STEP.finditer(text)) for text in parts[1::2]), strict=True))
 
 

@@ -57,9 +57,9 @@ def scene_means(results: Path, name: str = "evaluation.parquet") -> pd.DataFrame
 def judged(gap: pd.Series) -> tuple[str, str, str]:
     """Print a mean difference and its interval, the number of scenes, and whether it is above 0."""
     found = of_places(gap.dropna().to_numpy())
-    held = "holds" if found.low > 0 else "not here" if found.high < 0 else "level"
+    verdict = "holds" if found.low > 0 else "not here" if found.high < 0 else "level"
     text = f"{found.mean:+.2f} dB ({found.low:+.2f} to {found.high:+.2f})"
-    return text, f"{found.n} scenes", held
+    return text, f"{found.n} scenes", verdict
 
 
 def sweep(cells: pd.DataFrame) -> Iterator[Row]:
@@ -169,7 +169,7 @@ def page(results: Path) -> str:
         "generated captures, reconstructed by `splats` unless another is named; the baselines pick "
         "from P and O, the selector from P, as in the paper; of the MVSNet score the top K and the "
         "facility location both count. Means with 95 % intervals over scenes "
-        "where paired differences are at hand; *level*: the interval holds zero.",
+        "where paired differences exist; *level*: the interval includes zero.",
         f"| claim | paper | here | n | | why |\n|---|---|---|---|---|---|\n{table}",
     ]
     return "\n\n".join(lines) + "\n"

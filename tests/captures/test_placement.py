@@ -90,7 +90,7 @@ def test_where_frames_in_a_row_are_not_placed_they_are_taken_denser(scripted, tm
     assert found["not_placed"] == ["frame_00020.jpg"]
     assert found["lost"] == [{"video": "walk.mp4", "from": 1.0, "to": 3.0, "frames": 1}]
     assert len(pycolmap.Reconstruction(str(tmp_path / "sparse" / "0")).images) == 15
-    assert ("video", "frames were not placed: taken denser there") in said
+    assert any(what == "video" and "not placed" in line for what, line in said)
 
 
 def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):

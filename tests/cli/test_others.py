@@ -62,7 +62,7 @@ def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     assert run("info", capture) == 0
     printed = capsys.readouterr().out
     assert "(the point closest to all optical axes)" in printed
-    assert "blurred   1 frame, 1 left out: frame_005.jpg (blurred: " in printed
+    assert "blurred   1 frame left out: frame_005.jpg (" in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
     assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())

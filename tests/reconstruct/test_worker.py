@@ -169,9 +169,9 @@ def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
     ("fault", "said"),
     [
         ("print('worked until here', file=sys.stderr); os.kill(os.getpid(), 11)", "exit code -11"),
-        ("os.kill(os.getpid(), 9)", "was killed, as the system does for memory"),
+        ("os.kill(os.getpid(), 9)", "memory"),
         ("time.sleep(60)", "took longer than 10 s for 'fit'"),
-        ("os.write(3, b'loading 100%\\\\n')", "what is no answer: b'loading 100%"),
+        ("os.write(3, b'loading 100%\\\\n')", "b'loading 100%"),
     ],
 )
 def test_a_worker_that_is_lost_is_started_again_once(capture, tmp_path, caplog, fault, said):
@@ -249,13 +249,13 @@ def served(call):
     [
         (hello('{"ok": true, "protocol": 1}'), "stated .*1}; allowed: protocol 2"),
         (hello('{"ok": true, "protocol": 2, "name": 5}'), "stated .*5}; allowed"),
-        (hello("Loading weights"), "on its standard output what is no answer: b'Loading weights"),
-        (hello('["ok"]'), "what is no answer"),
+        (hello("Loading weights"), "b'Loading weights"),
+        (hello('["ok"]'), r'\["ok"\]'),
         (raw("{'ok': True, 'seconds': -1}"), "answered a fit with seconds -1"),
         (raw("{'ok': True, 'bytes': 'many'}"), "answered a fit with bytes 'many'"),
-        (raw("{'error': 'no'}"), "what is no answer"),
+        (raw("{'error': 'no'}"), "answer: b"),
         (raw("{'ok': False, 'error': 'no'}"), "failed to fit: no"),
-        (raw("{'ok': True}", "print('{}', flush=True); time.sleep(0.2)"), "no answer"),
+        (raw("{'ok': True}", "print('{}', flush=True); time.sleep(0.2)"), "answer: b"),
         (served("None, None, needs=['depth']"), "stated .*depth"),
         (served("None, None, pixels='float64'"), "stated .*float64"),
         (served("id, lambda m, v: np.ones((1, 2, 3))"), r"render returned shape \(1, 2, 3\)"),

@@ -15,8 +15,8 @@ from fsel.workflow.refusal import Refusal
     [
         ({"budgets": [5, 50]}, ["embedded.frames is 60", "need 62"]),
         ({"search": {"kept": 5, "stored": 4}}, ["kept is 5", "stored, 4"]),
-        ({"hold_out": {"every": 8}}, ["draws is 2, and hold_out.every has one"]),
-        ({"hold_out": {"every": 8, "first": 5}, "draws": 1}, ["hold_out.first is 5", "with 5"]),
+        ({"hold_out": {"every": 8}}, ["draws is 2", "hold_out.every"]),
+        ({"hold_out": {"every": 8, "first": 5}, "draws": 1}, ["hold_out.first is 5", "is 5"]),
         ({"training": {"dataset": "other"}}, ["training.dataset is 'other'", "dl3dv"]),
         ({"long_side": 1e9}, ["long_side", "maximum of 16384"]),
         ({"pathvars": {"results": "../../x"}}, ["pathvars.results", "'../../x'"]),

@@ -157,7 +157,7 @@ def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, m
     for name in ("bash", "which"):
         (tmp_path / "bin" / name).symlink_to(shutil.which(name))
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))  # this machine may have another sbatch
-    assert "gpu is true, and no driver of NVIDIA is here" in refusal(tmp_path, config)
+    assert "nvidia-smi" in refusal(tmp_path, config)
 
 
 def test_the_paper_s_config_plans_the_sweep(tmp_path):

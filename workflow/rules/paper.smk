@@ -1,6 +1,6 @@
 """The paper's other tables and figures; none is part of `rule all`.
 
-They are made when asked for by path, as <tables>/handsign.tex, or all by `paper`.
+They are made when requested by path, as <tables>/handsign.tex, or all by `paper`.
 Inputs: problems, selections and evaluations of the sweep, labels, trained selectors.
 Outputs: <tables>/{reconstructor}{table}.{tex,csv}, <figures>/{figure}.{pdf,png,csv}; what they are
 made of in <results>/{dataset}/{scene} and <results>/trials.

@@ -49,7 +49,7 @@ def ingest(
     raw, points, masks = in_order(raw, source), None, None
     frame = common_frame(raw.cameras, long_side)
     if frame is not None:
-        log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
+        log.info("%s: cameras differ in shape: images are cropped to %dx%d", source, *frame)
     if lazy:
         frames, intrinsics = _unopened(raw, long_side, frame)
     else:
@@ -74,12 +74,12 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     if twice:
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
     if not raw.names:
-        raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
+        raise ValueError(f"{source}: no frame remains; left out {len(raw.dropped)}")
     for name in raw.names:  # each stands on a line of a list, and leads to its file
         if not name.isprintable() or name != name.strip() or name != posixpath.normpath(name):
             raise ValueError(
-                f"{source}: frame name {name!r} is no plain path; allowed: no `.` or `..` between "
-                "slashes, no control character, no space at either end"
+                f"{source}: frame name {name!r} is not a plain path; allowed: no `.` or "
+                "`..` between slashes, no control character, no space at either end"
             )
     if np.isnan(raw.world_to_camera).all():
         raise ValueError(

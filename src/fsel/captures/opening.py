@@ -134,9 +134,9 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.warn(KEPT)
                 raise
             paths = [str(source.path) for source in sources]
-            asked = {"sources": paths, "settings": sampling.stated}
+            stated = {"sources": paths, "settings": sampling.stated}
             shutil.rmtree(place / "matching")
-            write_text(json.dumps(asked | found, indent=1), place / FOUND)  # last
+            write_text(json.dumps(stated | found, indent=1), place / FOUND)  # last
     report = {"by": OWN} | json.loads((place / FOUND).read_text(encoding="utf-8"))
     reporter.say(
         "poses", f"{report['by']} placed {len(report['placed'])} of {report['frames']} frames"
@@ -239,7 +239,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     if len({source.panoramic for source in sources}) > 1:
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
     if sources[0].panoramic and opening.by:
-        raise ValueError(f"{paths[0]}: shows all directions, which --by does not take")
+        raise ValueError(f"{paths[0]}: is a 360-degree panorama, which --by does not support")
     for path in (source.path for source in sources if source.filmed and video.is_hdr(source.path)):
         reporter.warn(f"{path}: {video.TO_SDR.format(path=path)}")
     films = sum(source.filmed for source in sources)
@@ -248,7 +248,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
         least = -(-max(video.LEAST, TIMES * opening.wanted) // films)
     sampling = video.Sampling(opening.video_frames, opening.rate, least, opening.start, opening.end)
     if films > 1 and sampling.spans != video.WHOLE:
-        raise ValueError(f"{films} videos are given; --start and --end are of one")
+        raise ValueError(f"{films} videos are given; --start and --end apply to a single one")
     return sources, sampling
 
 

@@ -64,7 +64,7 @@ def read_raw(
 def read_capture(
     path: str | Path, layout: str = "auto", long_side: int = 128, **options
 ) -> Capture:
-    """Read a capture from disk; `options` are those of `read_folder`.
+    """Read a capture from disk, its images of `long_side` pixels; `options` are of `read_folder`.
 
     Example:
         >>> capture = fsel.read_capture("captures/garden", long_side=48)
@@ -199,7 +199,7 @@ def _thinned(raw: RawCapture, every: int) -> RawCapture:
     for i in sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i])):
         rows.setdefault(raw.sequences[i], []).append(i)
     kept = sorted(i for row in rows.values() for i in row[::every])
-    return raw.subset(kept, f"not one of every {every}")
+    return raw.subset(kept, f"skipped by every: {every}")
 
 
 def _allowed(key: str, value: str, allowed: tuple[str, ...]) -> None:

@@ -114,8 +114,8 @@ def take(
         taken.shots[source.name], taken.paces[source.name] = moving, pace
         taken.ends[source.name] = shots[-1].seconds
         taken.still += still
-        said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
-        left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
+        said = f"the sharpest frame in each of {len(shots)} intervals of {source.path.name}"
+        left_out = f"; dropped {counted(still, 'frame')} that repeat others" if still else ""
         say("video", said + left_out)
     taken.save(folder)
     return taken

@@ -20,7 +20,7 @@ def vet(args: argparse.Namespace) -> None:
     """Refuse what does not go with blocks."""
     stated = [f"--{name}" for name in ALONE if getattr(args, name)]
     if stated or not isinstance(args.k, int):
-        raise ValueError(f"--blocks does not go with {', '.join(stated) or '-k auto'}. Hint: -k 40")
+        raise ValueError(f"--blocks excludes {', '.join(stated) or '-k auto'}. Hint: -k 40")
 
 
 def run(

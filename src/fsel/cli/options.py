@@ -120,7 +120,7 @@ def add_captures(command: argparse.ArgumentParser) -> None:
     """Add what is read: a capture, or several parts whose poses are found together."""
     command.add_argument("capture", type=Path, help="folder of a capture or of photos, or a video")
     text = "more videos and folders of photos of the same scene"
-    command.add_argument("beside", type=Path, nargs="*", default=[], help=text)
+    command.add_argument("beside", metavar="more", type=Path, nargs="*", default=[], help=text)
 
 
 def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> None:
@@ -184,7 +184,7 @@ def add_output(command: argparse.ArgumentParser, text: str):
 
 
 def add_threads(
-    command: argparse.ArgumentParser, effect: str = "it changes nothing but estimated poses"
+    command: argparse.ArgumentParser, effect: str = "only estimated poses depend on it"
 ) -> None:
     text = f"number of threads (default: all cores); {effect}"
     command.add_argument("--threads", type=whole(1), metavar="N", help=text)
@@ -193,7 +193,7 @@ def add_threads(
 def add_checking(command: argparse.ArgumentParser) -> None:
     text = (
         "match every frame with two neighbours, to find misplaced frames without sparse points; "
-        "takes some tenths of a second per frame"
+        "takes a few tenths of a second per frame"
     )
     command.add_argument("--check-poses", action="store_true", help=text)
 
@@ -221,7 +221,7 @@ class Masks(argparse.Action):
 def add_object(command: argparse._ActionsContainer, what: str) -> None:
     """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
-    text = f"folder of object masks named like the frames: {what}; poses:DIR keeps COLMAP to white"
+    text = f"folder of object masks named like the frames: {what}; poses:DIR has masks for COLMAP"
     thing.add_argument("--masks", action=Masks, metavar="DIR", help=text)
     corners = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
     text = "the same with a box in world units"

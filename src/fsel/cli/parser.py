@@ -125,9 +125,9 @@ def _add_poses(commands) -> None:
     )
     found.add_argument("--by", metavar="COMMAND", action="append", help=text)
     masks = command.add_mutually_exclusive_group()
-    text = "folder of masks named like the images: only what is white is matched"
+    text = "folder of masks named like the images: COLMAP matches only white areas"
     masks.add_argument("--masks", dest="pose_masks", metavar="DIR", help=text)
-    text = "program that makes them, as one argument; see docs/cli.md"
+    text = "program that makes such masks, as one argument; see docs/cli.md"
     masks.add_argument("--mask-by", metavar="COMMAND", action="append", help=text)
     add_video(command)
     add_skipping(command)
@@ -152,7 +152,7 @@ def _add_compare(commands) -> None:
     add_checking(command)
     add_object(command, "compare only frames that show the object, inside the masks")
     command.add_argument("--seed", type=whole(0), default=0, help="seed of random methods")
-    text = "splats, gaussians (default where all fits take a minute at most), ..."
+    text = "gaussians (default where all fits take at most a minute), splats, ..."
     _add_reconstructor(command, text)
     _add_metrics(command)
     add_size(command, default=192)
@@ -188,7 +188,7 @@ def _add_render(commands) -> None:
     command.add_argument("--targets", metavar="WHAT", required=True, help=text)
     _add_metrics(command)
     add_threads(command)
-    add_size(command, None, "384 (of a video 1280)")
+    add_size(command, None, "384; 1280 for a video")
     text = "write an .mp4 that flies along the views, or from frame to frame, instead"
     place = add_output(command, "folder to write")
     place.add_argument("--video", type=Path, metavar="FILE", help=text)
@@ -217,7 +217,7 @@ def _add_view(commands) -> None:
 
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:
-    text = "default: psnr,ssim,gmsd; lpips downloads its weights (64 MB) once"
+    text = "metrics (default: psnr,ssim,gmsd); lpips downloads its weights (64 MB) once"
     command.add_argument("--metrics", type=words, default=(), help=text)
 
 

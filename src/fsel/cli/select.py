@@ -55,8 +55,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             "--vram and --trainer need each other and -k auto. Hint: --vram 8GB --trainer gsplat"
         )
-    asked = _request(args)
-    vet(asked)  # before poses are sought
+    wanted = _request(args)
+    vet(wanted)  # before poses are sought
     if args.blocks:
         from fsel.cli import blocks  # here: sparse algebra takes long to import
 
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         number = _auto(args, source, form) if args.k == AUTO else args.k
-        asked = replace(asked, source=source, k=number)
+        wanted = replace(wanted, source=source, k=number)
 
         def select(request: SelectionRequest, name: str = "") -> dict:
             (stage / name).mkdir(exist_ok=True)
@@ -75,10 +75,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
                 console.say(name, counted(len(request.capture), "frame"))
             return _selected(args, console, stage / name, args.out / name, request, form, own)
 
-        content = blocks.run(asked, args.blocks, select, stage) if args.blocks else select(asked)
+        content = blocks.run(wanted, args.blocks, select, stage) if args.blocks else select(wanted)
     tried, cut = [one["tried"] for one in content.get("blocks", [content]) if one["tried"]], ""
     if fits := sum(one["fits"] for one in tried if one["cut"]):
-        cut = f"; the time was over after {counted(fits, 'fit')}: with less load, or more "
+        cut = f"; time ran out after {counted(fits, 'fit')}: with less load, or more "
         cut += "--patience, other picks may be kept"
     console.say("written", f"{args.out} after {time.perf_counter() - started:.2f} s{cut}")
     console.give(content)
@@ -176,7 +176,7 @@ def _write(
 ) -> Outcome:
     """Write all but the pages; return the outcome with the points that the picks see."""
     picks, held_out = outcome.selection.indices, outcome.targets.frames
-    # every frame that is written is decoded, so that none without pixels is handed on
+    # every frame that is written is decoded, so that none without pixels is written
     used = np.union1d(picks, held_out)
     check_pixels([source.raw.images[i] for i in [*picks, *held_out]])
     with console.clock("writing"):

@@ -55,7 +55,7 @@ def sources_of(given: list[Path]) -> Sources:
     found: Sources = {}
     for path in given:
         if not path.exists():
-            raise ValueError(f"{path}: is not there. Hint: {KINDS}")
+            raise ValueError(f"{path}: does not exist. Hint: {KINDS}")
         if path.is_file() and path.suffix.lower() == ".ply":
             kind = "model"
         else:
@@ -98,7 +98,7 @@ def _scene(
     )
     cameras = _cameras(capture.names, pictures, record)
     states = Counter(camera.state for camera in cameras)
-    said = [f"{states[key]} {told['label']}" for key, told in viewer.STATES.items() if states[key]]
+    said = [f"{states[key]} {one['label']}" for key, one in viewer.STATES.items() if states[key]]
     counts = counted(len(cameras), "camera")
     console.say("capture", f"{counts}, {opened.layout}: {', '.join(said)}")
     return viewer.scene(capture, cameras, cloud, capture.points, url), cloud
@@ -110,7 +110,7 @@ def _cameras(
     """Return every frame with its state in the selection, if there is one, and its picture."""
     picked = {entry["name"]: entry for entry in record.get("frames", ())}
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
-    held = set(record.get("targets", {}).get("held_out", ()))
+    held_out = set(record.get("targets", {}).get("held_out", ()))
     bad = {entry["name"] for entry in record.get("bad") or () if entry["left_out"]}
     cameras = []
     for name, picture in zip(names, pictures, strict=True):
@@ -119,7 +119,7 @@ def _cameras(
         if name in picked:
             order = picked[name]["order"]
             state, note = "pick", f"pick {order} of {len(picked)}: {adds(picked[name])}"
-        elif name in held:
+        elif name in held_out:
             state, note = "held", "held out"
         cameras.append(viewer.ViewerCamera(name, state, note, picture, order))
     return cameras

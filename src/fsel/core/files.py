@@ -1,7 +1,7 @@
 """Files that are written whole or not at all, and tables in Parquet without pandas.
 
 pandas takes longer to import than most jobs of the workflow take, and pyarrow imports it wherever
-it converts an array of NumPy: here memory is handed over as it is.
+it converts an array of NumPy: here memory is passed on as it is.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def staged(
         source = Path(os.path.realpath(path))
         if place.is_relative_to(source) or source.is_relative_to(place):
             raise ValueError(
-                f"{out}: an output may not be, hold or lie in what is read, {path}. "
+                f"{out}: the output must not be, contain or lie inside an input, {path}. "
                 "Hint: give another place"
             )
     _refuse_existing(out, force)
@@ -58,7 +58,7 @@ def _refuse_existing(out: Path, force: bool) -> None:
     if not force:
         raise FileExistsError(f"{out}: exists already. Hint: `force=True` (--force) replaces it")
     if any(own.is_relative_to(place) for own in (Path.cwd(), Path.home())):
-        raise FileExistsError(f"{out}: holds your home or working folder. Hint: another place")
+        raise FileExistsError(f"{out}: contains your home or working folder. Hint: another place")
 
 
 def _rename(stage: Path, out: Path) -> None:

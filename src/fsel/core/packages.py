@@ -48,7 +48,7 @@ def _pip(package: str, *words: str, seconds: float) -> str:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Unobtainable(f"pip {words[0]}: {error}") from error
     if done.returncode:
-        said = [line for line in done.stderr.splitlines() if line.strip()] or ["no word of why"]
+        said = [line for line in done.stderr.splitlines() if line.strip()] or ["no reason given"]
         errors = [line for line in said if line.startswith("ERROR")] or said
         raise Unobtainable(f"pip {words[0]} {package}: {errors[-1].removeprefix('ERROR: ')}")
     return done.stdout

@@ -120,7 +120,7 @@ class Program(ABC):
         elif (program := self._absent()) is not None:
             found.append(FileNotFoundError(program))
         if self.gpu and shutil.which("nvidia-smi") is None:
-            found.append(NoDevice("gpu is true, and no driver of NVIDIA is here (nvidia-smi)"))
+            found.append(NoDevice("gpu is true, but no NVIDIA driver was found (nvidia-smi)"))
         return found
 
     def _absent(self) -> str | None:
@@ -199,7 +199,7 @@ def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], time
         except subprocess.TimeoutExpired:
             code = None
     if code is None:
-        raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", tail(folder))
+        raise Unfinished(TIMEOUT, f"{command[0]} was stopped at its time limit", tail(folder))
     if code:
         said = tail(folder)
         raise Unfinished(*ended(command[0], code, said), said)
@@ -219,7 +219,7 @@ def ended(program: str, code: int, log: str) -> tuple[str, str]:
     if FULL.search(log):
         return MEMORY, f"{program} ended with exit code {code}, out of memory"
     if code == -signal.SIGKILL:
-        return MEMORY, f"{program} was killed, as the system does for memory"
+        return MEMORY, f"{program} was killed, as the system does when memory runs out"
     return FAILED, f"{program} ended with exit code {code}"
 
 

@@ -26,7 +26,7 @@ class Registry(MutableMapping[str, Entry]):
         group: of entry points by which other installed packages add entries.
         ahead: whether these come before the homes.
 
-    Entries that are set by hand need no home.
+    Entries that are set directly need no home.
     """
 
     def __init__(

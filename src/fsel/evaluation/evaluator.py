@@ -85,7 +85,7 @@ class Evaluator:
         masks = None
         if masked:
             if capture.masks is None:
-                raise ValueError(f"{capture.source}: has no masks to compare inside of")
+                raise ValueError(f"{capture.source}: has no masks to compare within")
             masks = np.asarray(capture.masks[frames])
         return cls(reconstructor, frames, capture.view(frames), truth, masks, chosen)
 

@@ -23,7 +23,7 @@ COLORS = (
     *("#d55e00", "#0072b2", "#009e73", "#cc79a7"),
     *("#000000", "#e69f00", "#56b4e9", "#8c510a"),
 )
-"""Told apart by colour-blind readers (Okabe and Ito, 2008), and a brown."""
+"""Colours that colour-blind readers distinguish (Okabe and Ito, 2008), and a brown."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 LEVEL = 0.95
-LEAST_P = 1e-12  # a smaller p is not told apart from it
+LEAST_P = 1e-12  # a smaller p counts as this
 
 
 class Interval(NamedTuple):

@@ -131,7 +131,7 @@ def with_features(problem: Problem, table: Columns, source: str | Path) -> Probl
         wrong = np.setxor1d(frames, problem.candidates)
         raise ValueError(
             f"{source}: {len(frames)} rows for {len(problem.candidates)} candidates (frames "
-            f"{wrong[:5].tolist()} differ). Hint: it was made for another split; make it anew"
+            f"{wrong[:5].tolist()} differ). Hint: it was made for another split; make it again"
         )
     # rows one after another, as they were computed: another order would sum in another order
     values = np.ascontiguousarray(np.array([table[name] for name in STATIC], np.float64).T[order])

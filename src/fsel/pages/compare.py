@@ -167,11 +167,11 @@ def _counts(gaps: Sequence[Interval]) -> str:
 
 def comparison(compared: Compared) -> str:
     """Return the whole page."""
-    held, drawn = len(compared.names), len(compared.shown)
-    part = f" {drawn} of {held}, evenly spread, are shown." if drawn < held else ""
+    total, drawn = len(compared.names), len(compared.shown)
+    part = f" {drawn} of {total}, evenly spread, are shown." if drawn < total else ""
     body = [
         f"<h1>Which frames render held-out views best: {escape(', '.join(compared.methods))}</h1>",
-        f"<p>{escape(compared.source)}, {counted(held, 'held-out frame')}. "
+        f"<p>{escape(compared.source)}, {counted(total, 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
         f"<p class='verdict'>{escape(verdict(compared))}</p>",
         *_table(compared),

@@ -26,7 +26,7 @@ NOTE = "A point is seen well by two picks, which fix its depth; the scene is wha
 
 REPORT = "report.html"
 KINDS = {"all": "all", "pick": "picks", "left": "left out", "held": "held out", "bad": "bad"}
-KINDS |= {"keep": "kept by hand", "drop": "dropped by hand"}
+KINDS |= {"keep": "kept by you", "drop": "dropped by you"}
 WORLD, END = '<figure class="world" id="world">', "</figure>"
 FLYING = (
     "<script>window.mountView = (element, data, chosen) => view.beside(data.names, chosen);"
@@ -34,7 +34,7 @@ FLYING = (
     "to move, scroll or pinch to zoom.</figcaption>"
 )
 WISHES = (
-    '<section id="wishes" hidden><h2>Keep and drop by hand</h2>'
+    '<section id="wishes" hidden><h2>Keep and drop frames</h2>'
     "<p>The command changes only what is marked: the free frame nearest to a dropped pick takes "
     "its place unless a kept frame does, and all other picks stay. Run it in the folder in which "
     "this selection was made.</p>"

@@ -88,30 +88,30 @@ function mountScene(element, data, chosen) {
     return best;
   };
 
-  const held = new Map();
+  const touches = new Map();
   let moved = 0;
   const spread = () => {
-    const [a, b] = [...held.values()];
+    const [a, b] = [...touches.values()];
     return Math.hypot(a[0] - b[0], a[1] - b[1]);
   };
   canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture?.(event.pointerId);
-    held.set(event.pointerId, [event.clientX, event.clientY]);
+    touches.set(event.pointerId, [event.clientX, event.clientY]);
     moved = 0;
   });
   canvas.addEventListener('pointermove', (event) => {
-    const before = held.get(event.pointerId);
+    const before = touches.get(event.pointerId);
     if (!before) { canvas.style.cursor = under(event) < 0 ? 'grab' : 'pointer'; return; }
-    const apart = held.size === 2 ? spread() : 0;
-    held.set(event.pointerId, [event.clientX, event.clientY]);
+    const apart = touches.size === 2 ? spread() : 0;
+    touches.set(event.pointerId, [event.clientX, event.clientY]);
     const dx = event.clientX - before[0], dy = event.clientY - before[1];
     moved += Math.abs(dx) + Math.abs(dy);
-    if (held.size === 2) scale(spread() / Math.max(apart, 1));
+    if (touches.size === 2) scale(spread() / Math.max(apart, 1));
     else if (event.shiftKey) { panX += dx * devicePixelRatio; panY += dy * devicePixelRatio; ask(); }
     else turn(dx / 150, dy / 150);
   });
   for (const name of ['pointerup', 'pointercancel']) {
-    canvas.addEventListener(name, (event) => held.delete(event.pointerId));
+    canvas.addEventListener(name, (event) => touches.delete(event.pointerId));
   }
   canvas.addEventListener('click', (event) => {
     const frame = moved < 6 ? under(event) : -1;

@@ -69,7 +69,7 @@ class Fitted:
 
 
 class Peak:
-    """Resident memory of this process at its highest, above what it held at the start.
+    """Resident memory of this process at its highest, above that at the start.
 
     One may start while another is measured. On macOS, which cannot forget the highest so far, only
     what goes beyond it is counted; on Windows nothing is.

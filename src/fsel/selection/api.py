@@ -65,38 +65,38 @@ def select(
         capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
             `pycolmap.Reconstruction`, or the content of a transforms.json. Images of the last two
             are read from the current folder; without them, poses and points alone decide.
-        k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
+        k: number of frames. `auto`, or `fsel.Auto` with your own threshold and memory, chooses it
             among the first picks of a nested method, see `fsel.selection.budget`. None: as few as
             `cover` needs.
-        targets: what will be rendered; None for anything that the capture saw. `every:8`, names or
-            numbers of frames, or a .txt file of names: frames, which are never selected. `orbit`,
-            `trajectory`, a .json camera path, `fsel.Views`, or (T, 3, 4) poses: world to camera
-            with OpenCV axes.
-        method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
-            trained for.
+        targets: views to be rendered; None for anything that the capture shows. `every:8`, names or
+            numbers of frames, or a .txt file of names hold frames out, which are never picked;
+            `orbit`, `trajectory`, a .json camera path, `fsel.Views`, or (T, 3, 4) poses, world to
+            camera with OpenCV axes, hold out none.
+        method: a key of `METHODS`, or a method of your own; None for `fsel`, or for the method of
+            `weights`.
         seed: of methods that draw at random.
-        weights: a scorer that the workflow made, in place of one that comes with the package.
-        patience: seconds in which selections are tried on the capture's own frames, or on the
-            images of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone.
-            None: ten where no views and no method are stated, else 0. `fsel.TimeBudget` watches or
-            ends it.
-        cover: how often each sparse point that so many frames see is to be seen by the picks, see
-            `fsel.selection.multicover`. With k, the method picks what is left of it.
-        cover_share: of these points; all often take nearly all frames.
-        sharpness: (N,) of every frame, or what measures it of some; else measured of the images.
+        weights: file of a scorer that the workflow trained, in place of one in the package.
+        patience: seconds for validating selections on the capture's own frames, or on the images
+            of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone. None:
+            ten with neither `targets` nor `method`, else 0. `fsel.TimeBudget` also reports
+            progress and can stop it.
+        cover: how often the picks must see each sparse point that so many frames see, see
+            `fsel.selection.multicover`. With k, the method picks the remaining frames.
+        cover_share: share of these points; all of them often take nearly all frames.
+        sharpness: (N,) of every frame, or what measures it of some; else measured on the images.
         focus: an object that targets must see: a folder of masks, the six numbers of a box, or a
             `fsel.selection.focus.Focus`.
-        descriptors: (N, D) of every frame, or what measures them of a capture; else `lab_hog`.
-        always, never: names or numbers of frames that are selected first, by methods that score
-            frames, and of others that are not, or files of names; frames of both are replaced.
+        descriptors: (N, D) of every frame, or what computes them for a capture; else `lab_hog`.
+        always, never: names or numbers of frames, or files of names: those picked first, by methods
+            that score frames, and those never picked; frames in both are replaced.
         views: whether views of panoramas are picked one by one, not k panoramas with all of theirs.
-        keep_bad: whether bad frames may be picked. Else they are left out, as `fsel.bad_frames`
-            names them, but for a `Capture` that was not read from image files.
+        keep_bad: whether bad frames may be picked. Otherwise those that `fsel.bad_frames` lists are
+            left out, except of a `Capture` that was not read from image files.
 
     Raises:
         ValueError: for a request that cannot be met: too few frames, an unknown method, weights of
-            another method, targets that make no sense for this capture.
-        TypeError: for an argument of a type that is none of these.
+            another method, targets that do not fit the capture.
+        TypeError: for an argument of another type.
 
     Example:
         >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
@@ -127,7 +127,7 @@ def select(
 
 
 def captured(source: Source, wanted: int = 0) -> Capture | LazyCapture:
-    """Open what holds a capture; of a video, more frames where so many are `wanted`."""
+    """Open a capture; a video yields more frames where so many are `wanted`."""
     if isinstance(source, Capture):
         return source
     if isinstance(source, str | Path):
@@ -177,9 +177,9 @@ def fit(
         `export_ply(path)`, which writes standard Gaussian splats.
 
     Raises:
-        ValueError: for an unknown reconstructor, fewer than two frames, repeated ones, or such that
-            the capture does not have.
-        TypeError: for what is no capture, or no frames.
+        ValueError: for an unknown reconstructor, fewer than two frames, repeated ones, or frames
+            that the capture does not have.
+        TypeError: if an argument is not a capture, or not frames.
         ImportError: when the reconstructor needs a package that is not installed.
 
     Example:
@@ -212,7 +212,7 @@ def evaluate(
 
     Raises:
         ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
-        TypeError: for what is no capture, no model or no frames.
+        TypeError: if an argument is not a capture, a model or frames.
 
     Example:
         >>> capture = fsel.read_capture("captures/garden", long_side=48)

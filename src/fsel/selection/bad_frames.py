@@ -22,11 +22,11 @@ def in_words(health: Health, names: Sequence[str]) -> Iterator[tuple[str, str]]:
     for kind in dict.fromkeys(finding.kind for finding in health.findings):
         worst = sorted((f for f in health.findings if f.kind == kind), key=lambda f: -f.severity)
         gone = np.isin([f.frame for f in worst], health.left_out).sum()
-        few = ", ".join(f"{names[f.frame]} ({f})" for f in worst[:1])
-        more = ", ".join(names[f.frame] for f in worst[1:NAMED])
-        dots = ", ..." if len(worst) > NAMED else ""
-        what = "" if kind == DUPLICATE else f", {gone} left out"
-        yield kind, f"{counted(len(worst), 'frame')}{what}: {few}{', ' if more else ''}{more}{dots}"
+        few = ", ".join(f"{names[f.frame]} ({str(f).partition(': ')[2]})" for f in worst[:1])
+        more = ", ".join([names[f.frame] for f in worst[1:NAMED]] + ["..."] * (len(worst) > NAMED))
+        what = f", {gone} left out" if gone < len(worst) else " left out"
+        what = "" if kind == DUPLICATE else what
+        yield kind, f"{counted(len(worst), 'frame')}{what}: {few}{', ' if more else ''}{more}"
     if count := len(health.alone):
         few = ", ".join(names[frame] for frame in health.alone[:NAMED])
         yield "stay", f"{counted(count, 'bad frame')}, since {ALONE}: {few}"

@@ -30,14 +30,14 @@ CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver
 
 @dataclass(frozen=True)
 class Auto:
-    """A number of frames to be found: the smallest that is enough, within a memory.
+    """Number of frames chosen automatically: the fewest that suffice, within a memory limit.
 
     Attributes:
         threshold: dB; picking ends where no further frames are predicted to gain as much each.
-        memory: bytes that a reconstruction may take, or None.
-        size: (width, height) in pixels of the images that `memory` is counted by; None for the
-            capture's own.
-        trainer: whose memory it is, a key of `fsel.selection.budget.NEEDS`.
+        memory: bytes that a reconstruction may take; None for no limit.
+        size: (width, height) in pixels of the images that are trained on, for `memory`; None for
+            the capture's own.
+        trainer: that the memory is for, a key of `fsel.selection.budget.NEEDS`.
 
     Raises:
         ValueError: for a threshold that is not above zero.

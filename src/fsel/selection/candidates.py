@@ -54,8 +54,8 @@ def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str
     """
     pool, k = problem.sequence, len(rule)
     frames = np.union1d(pool, targets)
-    held = np.isin(frames, targets)
-    depths = scene_distances(problem.capture, frames)[np.ix_(~held, held)]
+    aimed = np.isin(frames, targets)
+    depths = scene_distances(problem.capture, frames)[np.ix_(~aimed, aimed)]
     close = nearest(problem, pool, k)
     first = close[: (k + 1) // 2]
     rest = rule[~np.isin(rule, first)][: k - len(first)]
@@ -63,7 +63,7 @@ def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str
         "nearest": close,
         "nearest_in_depths": pool[in_turn(depths, k)],
         "half_nearest": np.concatenate([first, rest]),
-        "covisibility": frames[covisible(problem, frames, k, held)],
+        "covisibility": frames[covisible(problem, frames, k, aimed)],
     }
 
 

@@ -16,7 +16,7 @@ from fsel.selectors.baselines.covisibility import Tracks, tracks
 
 FOLD = np.radians(15)  # between directions to a point: a pick's worth falls to 1/e over it
 SECOND = 0.3  # share of the second best pick
-PAIRS = 4_000_000  # of observations of one point that are held at most: 32 MB
+PAIRS = 4_000_000  # of observations of one point, at most: 32 MB
 ROUNDS = 4  # over all picks, each of which may be exchanged
 RISE = 1e-6  # share by which an exchange must raise the value: sums are not more exact
 
@@ -33,9 +33,9 @@ def covisible(
     """
     seen = tracks(problem, pool)
     pairs = _pairs(seen.arrays, _kept(seen), FOLD)
-    # the observations that are held count one together for each frame
-    weight, held = np.zeros(len(seen.row)), np.unique(pairs[1])
-    weight[held] = 1 / np.bincount(seen.row[held], minlength=len(pool))[seen.row[held]]
+    # the observations that are kept count one together for each frame
+    weight, kept = np.zeros(len(seen.row)), np.unique(pairs[1])
+    weight[kept] = 1 / np.bincount(seen.row[kept], minlength=len(pool))[seen.row[kept]]
     taken = np.zeros(len(pool), bool)
     if targets is not None:
         weight, taken = weight * targets[seen.row], targets.copy()

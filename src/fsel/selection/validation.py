@@ -72,12 +72,12 @@ class ValidationResult:
 
 @dataclass(frozen=True)
 class TimeBudget:
-    """Limit of how long trying may take.
+    """Time limit for validating selections on the capture.
 
     Attributes:
         seconds: as many reconstructions are planned as a slow processor makes in that time, so
-            that a faster one ends sooner with the same picks; 0 tries nothing.
-        progress: is given the fits made and planned, and the seconds gone; False ends it.
+            that a faster one ends sooner with the same picks; 0 validates nothing.
+        progress: called with the fits made, those planned and the seconds; False ends it.
     """
 
     seconds: float = DEFAULT

@@ -52,10 +52,10 @@ def download(url: str, path: File, sha256: str = "", pause: float = 2.0) -> None
             failed = 0 if _size(part) > before else failed + 1
             if failed == ATTEMPTS:
                 raise OSError(
-                    f"{url}: cut {ATTEMPTS} times without a byte more ({error}); {_size(part)} "
+                    f"{url}: cut {ATTEMPTS} times without progress ({error}); {_size(part)} "
                     f"bytes are kept in {part}, and the same command goes on from there"
                 ) from error
-            logger.info("%s: cut after %d bytes (%s); again", url, _size(part), error)
+            logger.info("%s: cut after %d bytes (%s); trying again", url, _size(part), error)
         time.sleep(pause * 2**failed)
     _check(url, part, path, sha256)
     part.replace(path)

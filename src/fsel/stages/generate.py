@@ -29,7 +29,7 @@ def generate(
     """
     write = LAYOUTS[layout].write
     if write is None:
-        raise ValueError(f"layout is {layout!r}, which is only read; {folder} cannot be written")
+        raise ValueError(f"layout is {layout!r}, which is read-only; {folder} cannot be written")
     folder = Path(folder)
     recording = record(family, seed, frames=frames, width=width, height=height)
     partial = unfinished(folder)

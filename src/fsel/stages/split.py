@@ -33,8 +33,8 @@ def split(
     for draw, output in enumerate(splits):
         every = np.arange(len(capture))
         if protocol:
-            held = read_protocol(names=capture.names, **protocol).targets
-            made = partition(capture, held, every)
+            chosen = read_protocol(names=capture.names, **protocol).targets
+            made = partition(capture, chosen, every)
         elif hold_out and hold_out["every"]:
             made = partition(capture, every[:: hold_out["every"]], every)
         else:

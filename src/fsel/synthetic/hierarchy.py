@@ -33,7 +33,7 @@ class Hierarchy(NamedTuple):
     low: np.ndarray  # (n, 3) float32 least corners of the boxes; the first one holds all
     high: np.ndarray  # (n, 3) float32 greatest corners
     first: np.ndarray  # (n,) int32 the first of a box's two boxes in a row, or of its triangles
-    held: np.ndarray  # (n,) int32 number of its triangles, 0 where it holds boxes
+    filled: np.ndarray  # (n,) int32 number of its triangles, 0 where it holds boxes
     corners: np.ndarray  # (t, 9) float32 a corner of each triangle and the two edges from it
     numbers: np.ndarray  # (t,) int32 the triangles' numbers
 
@@ -67,7 +67,7 @@ def _split(low, high, middle):
     order = np.arange(total).astype(np.int32)
     boxes = np.empty((2 * total, 6), np.float32)
     first, count = np.zeros(2 * total, np.int32), np.zeros(2 * total, np.int32)
-    bins, held, behind = np.empty((BINS, 6), np.float32), np.empty(BINS, np.int64), np.empty(BINS)
+    bins, filled, behind = np.empty((BINS, 6), np.float32), np.empty(BINS, np.int64), np.empty(BINS)
     first[0], count[0], used = 0, total, 1
     box = 0
     while box < used:  # boxes are split in the order in which they were made
@@ -77,7 +77,7 @@ def _split(low, high, middle):
             _extend(boxes[box], low[i], high[i])
         if count[box] > LEAF:
             rows = order[begin:end]
-            cut = begin + _halve(low, high, middle, rows, bins, held, behind)
+            cut = begin + _halve(low, high, middle, rows, bins, filled, behind)
             first[used], count[used] = begin, cut - begin
             first[used + 1], count[used + 1] = cut, end - cut
             first[box], count[box] = used, 0
@@ -106,9 +106,9 @@ def _surface(box):
 
 
 @exact
-def _halve(low, high, middle, rows, bins, held, behind):
+def _halve(low, high, middle, rows, bins, filled, behind):
     """Bring the triangles on one side of a plane across the longest side to the front, and count
-    them: at least 1, not all; `bins`, `held` and `behind` are memory to write to."""
+    them: at least 1, not all; `bins`, `filled` and `behind` are memory to write to."""
     around = np.empty(6, np.float32)
     _empty(around)
     for i in rows:
@@ -118,14 +118,14 @@ def _halve(low, high, middle, rows, bins, held, behind):
     if not length > 0:
         return len(rows) // 2
     per = np.float32(BINS) / length
-    held[:] = 0
+    filled[:] = 0
     for b in range(BINS):
         _empty(bins[b])
     for i in rows:
         b = min(int((middle[i, axis] - start) * per), BINS - 1)
-        held[b] += 1
+        filled[b] += 1
         _extend(bins[b], low[i], high[i])
-    cut = _least_cost(bins, held, behind)
+    cut = _least_cost(bins, filled, behind)
     front = 0
     for k in range(len(rows)):
         if min(int((middle[rows[k], axis] - start) * per), BINS - 1) < cut:
@@ -135,19 +135,19 @@ def _halve(low, high, middle, rows, bins, held, behind):
 
 
 @exact
-def _least_cost(bins, held, behind):
+def _least_cost(bins, filled, behind):
     """First bin of the second part, so that surface times triangles is least over both parts."""
     around, n = np.empty(6, np.float32), 0
     _empty(around)
     for b in range(BINS - 1, 0, -1):
         _extend(around, bins[b, :3], bins[b, 3:])
-        n += held[b]
+        n += filled[b]
         behind[b] = n * _surface(around) if n else np.inf
     cut, least, n = 1, np.inf, 0
     _empty(around)
     for b in range(1, BINS):
         _extend(around, bins[b - 1, :3], bins[b - 1, 3:])
-        n += held[b - 1]
+        n += filled[b - 1]
         cost = n * _surface(around) + behind[b] if n else np.inf
         if cost < least:
             cut, least = b, cost

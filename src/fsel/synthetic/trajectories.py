@@ -42,7 +42,7 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def spline_path(rng, positions: np.ndarray, looks: np.ndarray, jitter: float) -> Path:
-    """Make a path through waypoints, with hand jitter of the given size in metres."""
+    """Make a path through waypoints, with a jitter of the given size in metres."""
     knots = np.linspace(0, 1, len(positions))
     fine = np.linspace(0, 1, 6 * len(positions))
     wobble = rng.normal(0, jitter, (len(fine), 3))
@@ -125,7 +125,7 @@ def timing(rng, still: np.ndarray) -> np.ndarray:
 
 
 def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
-    """Return (N, 3) angular velocities of hand shake, radians an exposure: mild but for `count`
+    """Return (N, 3) angular velocities of camera shake, radians an exposure: mild but for `count`
     runs of a few moving frames, of about `strength`."""
     shake = rng.normal(0, 0.0015, (len(still), 3))
     free = np.flatnonzero(~still)
@@ -139,7 +139,7 @@ def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Habits:
-    """How a family's cameras are held, and what their sensors do."""
+    """How a family's cameras are carried, and what their sensors do."""
 
     lingers: int  # runs a pass in which the camera hardly moves
     blurs: int  # bursts of shake a pass

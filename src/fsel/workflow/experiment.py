@@ -231,7 +231,7 @@ class Experiment(Settings):
 
     @cached_property
     def _library(self) -> Library:
-        # what a rule hands over is compared as its inputs and params
+        # what a rule passes on is compared as its inputs and params
         folder = Path(os.path.relpath(self.folder / "src" / "fsel"))
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 

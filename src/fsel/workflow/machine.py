@@ -13,8 +13,8 @@ import platform
 import sys
 from pathlib import Path
 
-# bytes: every evaluation makes and drops arrays of megabytes: glibc would hand their pages back to
-# the kernel each time and ask for them anew, 8 % of a search
+# bytes: every evaluation makes and drops arrays of megabytes: glibc would return their pages to
+# the kernel each time and request them anew, 8 % of a search
 INHERITED = dict.fromkeys(["MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"], str(32 << 20))
 LEVEL = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}  # of x86-64-v3, as the kernel names them
 PINNED = {

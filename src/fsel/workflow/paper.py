@@ -32,11 +32,11 @@ class Paper:
         """List the paths of the tables and figures that can be made; print what cannot, and why;
         refuse programs that are named and not here."""
         if lines := self.missing_programs():
-            raise Refusal("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
+            raise Refusal("\n".join(["tables of the paper need what is missing:", *lines]), PAGE)
         made, said = self.possible()
         if said:
             count = len(self.needs())
-            head = f"paper: of {count} tables and figures, these cannot be made or are of less"
+            head = f"paper: of {count} tables and figures, these cannot be made, or only in part"
             print("\n".join([f"{head}:", *said]), file=sys.stderr)
         return made
 
@@ -112,12 +112,12 @@ class Paper:
     def programs(self, section: str) -> Choice:
         """Return an input function that names no file and refuses missing programs."""
 
-        def asked(wildcards: Any) -> list[str]:
+        def checked(wildcards: Any) -> list[str]:
             if self.asks:
                 self._check_programs(section)
             return []
 
-        return asked
+        return checked
 
     def check(self, configfiles: Sequence[str]) -> None:
         """Refuse a run of some configuration files that needs what is not here, on one page; with

@@ -104,17 +104,17 @@ def held_out_problems(
 
 def rooms(experiment: Experiment) -> Scenes:
     """List the evaluation scenes filmed in several passes, at least one."""
-    held: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
+    passes: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
     entries = experiment.datasets.entries
 
     def in_passes(dataset: str, scene: str) -> bool:
-        if held:
-            return scene in held.get(dataset, {})
+        if passes:
+            return scene in passes.get(dataset, {})
         entry = entries[dataset]
         return bool(entry.get("passes", entry["layout"] == "seven_scenes"))
 
     scenes = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
-    named = {(d, s) for d in held for s in held[d] if d in entries}
+    named = {(d, s) for d in passes for s in passes[d] if d in entries}
     if unknown := sorted(joined(named - set(scenes))):
         raise Refusal(
             f"crosscapture.held_out: {unknown} are no evaluation scenes",
@@ -199,13 +199,13 @@ def selected(experiment: Experiment) -> list[tuple[str, int]]:
     """List dataset and number of every job of `curate`; refuse what none can select."""
     from fsel.selection.request import SelectionRequest, vet  # here: no other run needs it
 
-    asked, usual = experiment.config["selections"]["request"], {"targets": None, "method": "fsel"}
+    request, usual = experiment.config["selections"]["request"], {"targets": None, "method": "fsel"}
     try:
-        _, k = vet(SelectionRequest(source=None, **asked))
+        _, k = vet(SelectionRequest(source=None, **request))
     except (ValueError, TypeError, OSError) as error:
         raise Refusal(f"selections.request: {error}", PAGE) from error
-    if asked["patience"] and not (isinstance(k, int) and asked | usual == asked):
+    if request["patience"] and not (isinstance(k, int) and request | usual == request):
         raise Refusal(
-            f"selections.request is {asked}, but with patience only k may be stated", PAGE
+            f"selections.request is {request}, but with patience only k may be stated", PAGE
         )
     return [(d, part) for d, parts in experiment.curated.items() for part in range(len(parts))]

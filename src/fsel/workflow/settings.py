@@ -72,12 +72,12 @@ class Settings:
         if not self.evaluation_scenes:
             raise Refusal("no dataset has evaluation scenes", "the tables need at least one")
         listed = [f"datasets.{d}.protocol" for d in entries if entries[d].get("protocol")]
-        held, least = self.config["hold_out"], min(self.config["budgets"])
-        listed += ["hold_out.every"] if held["every"] else []
+        hold_out, least = self.config["hold_out"], min(self.config["budgets"])
+        listed += ["hold_out.every"] if hold_out["every"] else []
         if listed and draws != 1:
-            raise Refusal(f"draws is {draws}, and {listed[0]} has one", "set `draws: 1`")
-        if held["every"] and held["first"] >= least:
-            found = f"hold_out.first is {held['first']}, and budgets begin with {least}"
+            raise Refusal(f"draws is {draws}, but {listed[0]} allows only one", "set `draws: 1`")
+        if hold_out["every"] and hold_out["first"] >= least:
+            found = f"hold_out.first is {hold_out['first']}, but the smallest budget is {least}"
             raise Refusal(found, "every method picks more than it begins with")
         if search["kept"] > search["stored"]:
             found = f"search: kept is {search['kept']}, more than stored, {search['stored']}"

@@ -87,7 +87,7 @@ def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch)
     ("line", "said"),
     [
         ("poses photos --masks gone", "gone: no such folder of masks"),
-        ("poses photos --masks few", "no mask of '2.png'"),
+        ("poses photos --masks few", "'2.png'"),
         ("poses photos --masks small", "0.png: the mask has 160x60 pixels, its image 160x120"),
         ("poses photos --masks few --by true", "not for --by"),
         ("poses photos --mask-by true --by true", "not for --by"),

@@ -38,7 +38,7 @@ class Estimator(Program):
         parts = self.by if several else [self.by]
         object.__setattr__(self, "by", tuple(words_of("by", part) for part in parts))
         if not all(self.by):
-            raise ValueError("by must be a command, a list of strings, or a list of such, got none")
+            raise ValueError("by must be a list of strings, or a list of such, got none")
 
     @property
     def commands(self) -> Sequence[tuple[str, ...]]:

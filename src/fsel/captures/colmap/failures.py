@@ -22,10 +22,10 @@ DARK = (
     "its images show few features (the median is {count:.0f}): too dark, too blurred or without "
     "texture. Hint: more light, a slower walk; or --features aliked, which takes longer"
 )
-STANDS = "the camera does not move. Hint: walk around what is to be seen"
-ROTATES = "the camera turns on the spot. Hint: walk sideways, so that near things shift"
+STANDS = "the camera does not move. Hint: walk around the subject"
+ROTATES = "the camera only rotates. Hint: walk sideways, so that near things shift"
 SLIDES = (
-    "its images are pieces of one picture that slides, without depth. Hint: film a scene, walking "
+    "its images are sections of one flat picture, without depth. Hint: film a scene, walking "
     "around it"
 )
 _TURNED = (

@@ -66,7 +66,7 @@ def _entries(path: Path) -> tuple[mmap, list[int]]:
             if at > len(content):  # before a later entry is looked for there
                 raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
         if at != len(content):
-            raise ValueError(f"{len(content)} bytes, its entries take {at}")
+            raise ValueError(f"{len(content)} bytes, but its entries take {at}")
     except (Short, ValueError) as error:
         raise ValueError(f"{path}: cut short or damaged ({error})") from error
     return content, starts
@@ -90,7 +90,7 @@ def _name_end(content: mmap, at: int) -> int:
     """Return where the zero byte lies behind the name of the image that begins at `at`."""
     end = content.find(b"\0", at + IMAGE)
     if end < 0:
-        raise ValueError(f"the name of the image at {at} has no end")
+        raise ValueError(f"the name of the image at {at} is not terminated")
     return end
 
 

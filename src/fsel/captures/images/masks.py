@@ -36,7 +36,7 @@ def mask_of(folder: Path, name: str, image: Path) -> np.ndarray:
     file = mask_file(folder, name)
     if file is None:
         raise ValueError(
-            f"{folder}: no mask of {name!r}. Hint: {Path(name).stem}.png, white on black"
+            f"{folder}: no mask for {name!r}. Hint: {Path(name).stem}.png, white on black"
         )
     white, size = load_white(file), image_files.size_of(image)
     if white.shape[::-1] != size:

@@ -30,7 +30,7 @@ HDR = (16, 18)  # transfer functions PQ and HLG (ITU-T H.273)
 HEADER = 1 << 16  # bytes of a Matroska file in which it describes its streams
 ENDS = 1 << 24  # bytes of an MP4, first and last, in which it does: the rest is images
 TO_SDR = (
-    "is HDR, and its colours are taken as they are coded, flat. Hint: ffmpeg -i {path} -vf "
+    "is HDR; its colours are read as coded and look flat. Hint: ffmpeg -i {path} -vf "
     "zscale=t=linear:npl=100,format=gbrpf32le,zscale=p=bt709,tonemap=hable,"
     "zscale=t=bt709:m=bt709:r=tv,format=yuv420p sdr.mp4"
 )
@@ -99,7 +99,7 @@ class Sampling:
         if not self.start < min(end, lasts) or end >= lasts + ROUNDED:
             raise ValueError(
                 f"{path}: --start is {self.start:g} s and --end {end:g} s; allowed: a start before "
-                f"the end, and both in its {lasts:.1f} s"
+                f"the end, and both within its {lasts:.1f} s"
             )
         seconds = min(end, lasts) - self.start
         return round(seconds * per_second), seconds

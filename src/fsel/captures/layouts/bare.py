@@ -44,7 +44,7 @@ def explained(path: Path) -> str:
             "`poses: colmap` or a program, or `poses: file` reads them)"
         )
     if films := find(path, video.ENDINGS):
-        return f"; it has videos. Hint: give them by name, as {films[0]}"
+        return f"; it has videos. Hint: name them, such as {films[0]}"
     raw = find(path, RAW)
     return f"; it has {counted(len(raw), 'RAW photo')}{RAW_HINT}" if raw else ""
 

@@ -39,7 +39,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     except (ValueError, RuntimeError, IndexError, MemoryError) as error:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
-        raise ValueError(f"{model}: the COLMAP model holds no images")
+        raise ValueError(f"{model}: the COLMAP model contains no images")
     for key, frame in reconstruction.frames.items():
         if frame.has_pose:
             check_turn(frame.rig_from_world.rotation.quat, model, f"frame {key}")
@@ -123,7 +123,7 @@ def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
     chosen = [one[0] if len(one) == 1 else file for file, one in zip(files, alike, strict=True)]
     twice = [file for file, count in Counter(chosen).items() if count > 1]
     if twice:
-        raise ValueError(f"{twice[0]}: would stand for several images of {model}")
+        raise ValueError(f"{twice[0]}: would match several images of {model}")
     return chosen
 
 

@@ -60,7 +60,7 @@ def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, di
     """Entries `k m 0` and a 4x4 camera-to-world; k counts the images, m = -1: not registered."""
     words = read_text(path).split()
     if not words or len(words) % 19:
-        raise ValueError(f"{path}: {len(words)} numbers, expected 19 an entry (k m 0 and 4x4)")
+        raise ValueError(f"{path}: {len(words)} numbers, expected 19 per entry (k m 0 and 4x4)")
     entries = numbers(words, (len(words),), path, "the log").reshape(-1, 19)
     counted = np.array_equal(entries[:, 0], np.arange(len(entries)))
     if not counted or len(entries) > len(files):

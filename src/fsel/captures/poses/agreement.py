@@ -18,7 +18,7 @@ from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.core.points import RawPoints, grouped_rows
 
 PAIRS = 8
-HELD = 32  # images that are held while pairs are matched
+CACHED = 32  # images in memory while pairs are matched
 MATCHING_LONG_SIDE = 640
 MIN_MATCHES = 60  # over all pairs, below which nothing is concluded
 SCALES = (0.125, 0.25, 0.5, 2.0, 4.0, 8.0)
@@ -103,14 +103,14 @@ def matches_of(
     """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
     lenses = Lenses(MATCHING_LONG_SIDE)
 
-    @lru_cache(HELD)
+    @lru_cache(CACHED)
     def show(i: int) -> tuple[np.ndarray, Lens]:
         image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
         lens = lenses.of(raw.cameras[i], image, raw.images[i])
         return lens.straighten(image), lens
 
-    for i in sorted({i for pair in pairs for i in pair})[:HELD]:
-        show(i)  # in order, so that a video is read once where all are held
+    for i in sorted({i for pair in pairs for i in pair})[:CACHED]:
+        show(i)  # in order, so that a video is read once where all are kept
     for i, j in progress(pairs, len(pairs)):
         (first, a), (second, b) = show(i), show(j)
         xa, xb = match(first, second)

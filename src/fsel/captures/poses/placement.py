@@ -78,7 +78,7 @@ def _placed(
             in_vain = rounds == ROUNDS or len(placed) == before
             if in_vain or not _denser(sources, taken, placed, folder, work):
                 return mapped, raw
-        say("video", "frames were not placed: taken denser there")
+        say("video", "frames were not placed: sampling more densely there")
         taken.save(folder)
         rounds += 1
 
@@ -133,7 +133,7 @@ def _denser(
 
 def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     several = "videos" if any(source.filmed for source in sources) else "photos"
-    usual = f"the {several} show too little in common. Hint: more images that overlap each other"
+    usual = f"the {several} have too little in common. Hint: take more images that overlap"
     if several == "videos":
         usual += ", as of a slower walk"
     paths = ", ".join(str(source.path) for source in sources)
@@ -227,7 +227,7 @@ def doubts(found: dict) -> list[str]:
         degrees = (other and other["degrees"]) or 0
         differ = f"their poses differ by {degrees:.0f} degrees" if degrees > UNSURE else ""
     if differ:
-        said.append(f"the poses may be wrong: of COLMAP's two mappers, {differ}")
+        said.append(f"the poses may be wrong: COLMAP's two mappers disagree, {differ}")
     if jumps := found.get("jumps"):
         times = ", ".join(f"{jump['from']:.1f} to {jump['to']:.1f} s" for jump in jumps)
         turn = max(jump["degrees"] for jump in jumps)

@@ -26,8 +26,8 @@ THUMBNAIL = 96  # pixels of the longer side of images that are compared as whole
 MOST_POINTS = 200  # of each frame, those in the longest tracks, that colors are compared at
 BURNT = 0.3  # share of the pixels clipped to white above that of the frames beside
 PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
-OFF_PATH = "times as far off the path beside it as a smooth one may lie"
-TURNED = "degrees turned since the frame before, where the path jumps"
+OFF_PATH = "times the distance allowed from a smooth path"
+TURNED = "degrees turned since the previous frame"
 SHOWN = 0.5  # share of a frame's points that others must see to show what it shows
 
 
@@ -55,7 +55,7 @@ def examined(
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
         unreadable = (np.array(sides) == 1) * 1.0
-        found += exceeding(findings.UNREADABLE, unreadable, 0.0, "image that no decoder takes")
+        found += exceeding(findings.UNREADABLE, unreadable, 0.0, "image that no decoder reads")
         found += _duplicates(small)
         known = np.exp(sharpness(pictured.cells).min(axis=1))
         detail = known if np.isfinite(known).any() else None
@@ -98,7 +98,7 @@ def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
 
 def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
     """Return frames that show the same as the one before them, of those of one shape."""
-    what, moved = "of the image's side moved since the frame before", np.full(len(small), np.inf)
+    what, moved = "of the image's side moved since the previous frame", np.full(len(small), np.inf)
     for shape in {image.shape for image in small if image.size > 1}:
         rows = [at for at, image in enumerate(small) if image.shape == shape]
         moved[rows] = movements(np.array([small[at] for at in rows]))
@@ -195,7 +195,7 @@ class _Pictured:
         usual = np.median(clipped[self.placed.near], axis=1) + BURNT
         return [
             *exceeding(findings.EXPOSED, times, most, "times brighter or darker than the capture"),
-            *exceeding(findings.TINTED, tint, tinted, "times as strong a channel as usual"),
+            *exceeding(findings.TINTED, tint, tinted, "times a channel's usual strength"),
             *exceeding(findings.BURNT, clipped, usual, "of the image clipped to white"),
         ]
 

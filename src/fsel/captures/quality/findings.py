@@ -10,7 +10,7 @@ import numpy as np
 
 BLURRED, MISPLACED, EXPOSED, TINTED = "blurred", "misplaced", "exposure", "white balance"
 BURNT, COVERED, DUPLICATE, UNREADABLE = "burnt out", "covered", "duplicate", "unreadable"
-ALONE = "no other frame shows half of what it does"
+ALONE = "no other frame shows half of its content"
 
 
 class Finding(NamedTuple):

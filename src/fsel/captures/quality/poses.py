@@ -11,7 +11,7 @@ TIMES = 6.0  # the capture's median error that a frame's is at most
 LEAST_ERROR = 0.004  # of the longer side: 2 pixels at 480
 LEAST_OBSERVED = 6  # points of a frame whose pose is judged by them
 PAIRS = ((-1, 1), (-2, 2), (1, 2), (2, 4), (-1, -2), (-2, -4))  # frames that predict one
-LEAST_PATH = 8  # frames of a pass whose smoothness can be told
+LEAST_PATH = 8  # frames of a pass whose smoothness can be judged
 FAR = 3.0  # typical steps that a frame lies off the path of those beside it, at most
 TURNED = np.radians(5)  # that it is turned off their directions, at most
 SMOOTH = 0.95  # share of the frames that lie within a part of both, on a path
@@ -64,7 +64,7 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
 
 def turned_away(world_to_camera: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     """Return by how many degrees each frame of a video looks away from the one before; (n,), zero
-    but where no hand turns so fast.
+    but where no camera is turned so fast.
 
     A scene that looks alike from two sides folds a path, and both parts agree with all they see.
     """

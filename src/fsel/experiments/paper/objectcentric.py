@@ -24,7 +24,7 @@ from fsel.selection.focus import from_capture
 UNTRAINED = (*BASELINES, "nearest")
 TRAINED = ("less_is_more", "fsel")
 SHOWN = {name: LABELS[name] for name in (*UNTRAINED, *TRAINED)}
-LEAST = 0.02  # share of the image that the object fills in a view that is asked for
+LEAST = 0.02  # share of the image that the object fills in a target view
 
 
 def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:

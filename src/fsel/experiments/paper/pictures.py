@@ -98,8 +98,8 @@ def draw_views(
     for method in resolved(methods, evaluation, k):
         frames = frames_of(capture, picks_of(picked, method, k))
         fresh = reconstructor_of(capture, reconstruction)  # it has cached nothing yet
-        asked = fresh.capture.view(targets)
-        rendered, _, *taken = fit_and_render(fresh, np.sort(frames), asked, gpu)
+        targeted = fresh.capture.view(targets)
+        rendered, _, *taken = fit_and_render(fresh, np.sort(frames), targeted, gpu)
         scores = score_views(rendered, np.asarray(fresh.capture.images[targets]))
         seconds = sum(taken)
         cost = f"{len(frames)} frames, {seconds:.1f} s"
@@ -107,8 +107,8 @@ def draw_views(
         columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
         table = _cameras(frames, targets, scores, places)
         tables.append(table.assign(method=method, k=len(frames), seconds=seconds))
-    told = ["method", "k", "seconds", "role", "frame", "x", "y", *METRICS]
-    write_csv(pd.concat(tables)[told], numbers)
+    order = ["method", "k", "seconds", "role", "frame", "x", "y", *METRICS]
+    write_csv(pd.concat(tables)[order], numbers)
     small = capture.resized(reconstruction["long_side"])
     truth = np.asarray(small.images[targets[drawn]])
     text = (

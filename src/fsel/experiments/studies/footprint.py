@@ -99,8 +99,8 @@ def footprint(
     ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
     gpu = needs_gpu(reconstruction)
     if memory is not None and not gpu:  # drivers of GPUs map far more than they use
-        (held,) = re.findall(r"^VmData:\s*(\d+)", STATUS.read_text(), re.MULTILINE)
-        most = 1024 * int(held) + memory
+        (mapped,) = re.findall(r"^VmData:\s*(\d+)", STATUS.read_text(), re.MULTILINE)
+        most = 1024 * int(mapped) + memory
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     peak = Peak()
     rendered, model, *seconds = fit_and_render(reconstructor, chosen, views, gpu)

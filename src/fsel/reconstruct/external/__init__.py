@@ -1,4 +1,4 @@
-"""Any program as a reconstructor: a worker is handed subsets and views, and hands back images."""
+"""Any program as a reconstructor: a worker gets subsets and views, and returns images."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
     A program sees the selected frames alone, in the order of the capture: their images, cameras and
     masks, and the sparse points that at least two of them see; the whole capture only where it
     needs that. A request that loses the worker is repeated once, with the worker started again.
-    A worker that was started again, or bound to another capture since, is handed a model's subset
+    A worker that was started again, or bound to another capture since, gets a model's subset
     again before it renders it.
     """
 

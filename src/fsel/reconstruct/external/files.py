@@ -1,4 +1,4 @@
-"""What a worker is handed: arrays in mapped files, and images with cameras as trainers read them.
+"""What a worker gets: arrays in mapped files, and images with cameras as trainers read them.
 
 images/000000.png ...   the selected frames, undistorted, in the capture's order
 masks/000000.png ...    white where a pixel counts, when the capture has masks
@@ -39,7 +39,7 @@ class Arrays:
         return self.folder / f"{name}.npy"
 
     def room(self, name: str, shape: tuple[int, ...], kind: np.dtype) -> np.memmap:
-        """Return a mapped array, with what it held before."""
+        """Return a mapped array, with its former content."""
         found = self._mapped.get(name)
         if found is None or found.shape != shape or found.dtype != kind:
             path = self.path(name)

@@ -69,16 +69,16 @@ class Lost(Unfinished):
 
 
 class Worker:
-    """One program, started when it is first asked, and again after it was lost."""
+    """One program, started at the first request, and again after it was lost."""
 
     def __init__(self, settings: ExternalSettings) -> None:
         self.settings, self.program = settings, " ".join(settings.serve)[:80]
         self.stated: dict[str, Any] = {}  # what it said of itself when it started
         self.bound: object = None  # what it was bound to last, since it was started
         self.bindings, self.captures = itertools.count(1), itertools.count()
-        # of its log, and of what it is handed
+        # of its log, and of the files it gets
         self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
-        self._asked_at = 0  # bytes of the log when it was asked last, or started
+        self._requested_at = 0  # bytes of the log at the last request, or at its start
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
@@ -91,7 +91,7 @@ class Worker:
         variables["PYTHONPATH"] = str(HELPER)
         started = time.perf_counter()
         with (self.folder / programs.LOG).open("ab") as log:
-            self._asked_at = log.tell()
+            self._requested_at = log.tell()
             process = subprocess.Popen(
                 self.settings.command(self.settings.serve, self.folder),
                 env=variables,
@@ -113,7 +113,7 @@ class Worker:
         """Return the answer to a request; `Unfinished` for one that is an error, and `Lost` when
         the program ended, timed out, or answered no JSON object."""
         if request["do"] != "hello":
-            self._asked_at = (self.folder / programs.LOG).stat().st_size
+            self._requested_at = (self.folder / programs.LOG).stat().st_size
         try:
             early = None if self._answers.empty() else self._answers.get()
             self.tell(request)
@@ -130,7 +130,7 @@ class Worker:
             raise self._ended(str(request["do"]))
         answer = None if early else _parsed(line)
         if answer is None:
-            raise self.lost(f"wrote on its standard output what is no answer: {line!r:.200}")
+            raise self.lost(f"wrote to its standard output what is not an answer: {line!r:.200}")
         if not answer["ok"]:
             said = f"{self.program} failed to {request['do']}: {answer.get('error')}"
             raise Unfinished(str(answer.get("outcome", FAILED)), said, self.log())
@@ -145,8 +145,8 @@ class Worker:
         self._process.stdin.flush()
 
     def log(self) -> str:
-        """Return the last lines that the program wrote since it was asked."""
-        return programs.tail(self.folder, self._asked_at)
+        """Return the last lines that the program wrote since the last request."""
+        return programs.tail(self.folder, self._requested_at)
 
     def stop(self) -> int | None:
         """End the program, by force where the end of its input does not; return its exit code."""
@@ -182,7 +182,7 @@ class Worker:
             return self.lost(f"closed its standard output at {doing!r}")
         self.stop()
         log = self.log()
-        return Lost(*programs.ended(f"{self.program}, asked to {doing},", code, log), log)
+        return Lost(*programs.ended(f"{self.program}, at {doing!r},", code, log), log)
 
     def lost(self, said: str, outcome: str = FAILED) -> Lost:
         """End the program by force; return the error that says why."""
@@ -211,7 +211,7 @@ _WORKERS: dict[str, Worker] = {}
 
 
 def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[bytes]) -> None:
-    """Hand over the lines that a program writes, and an empty one when it writes no more."""
+    """Queue the lines that a program writes, and an empty one when it writes no more."""
     assert process.stdout is not None
     try:
         while line := process.stdout.readline(LONGEST):

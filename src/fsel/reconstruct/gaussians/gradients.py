@@ -179,7 +179,7 @@ def _tilt_back(lens, x, y, z, m, n):
     j, k = lens[15] / z, lens[16] / z
     slope_x = -j * (n[0] * lens[8] + n[1] * lens[9] + n[2] * lens[10])
     slope_y = -k * (n[3] * lens[8] + n[4] * lens[9] + n[5] * lens[10])
-    # a tilt that is held does not move with the point
+    # a clipped tilt does not move with the point
     dx = slope_x / z if tilt_x == x / z else 0.0
     dy = slope_y / z if tilt_y == y / z else 0.0
     # each row is proportional to one over the depth

@@ -222,7 +222,7 @@ def _add_back(state, at, rows, i, left, top, out, row):
         s0 += weight * gr
         s1 += weight * gg
         s2 += weight * gb
-        # with respect to the exponent; where alpha is held at its largest it does not move
+        # with respect to the exponent; where alpha is clipped it does not move
         moved = weight * shown - behind * alpha / (one - alpha)
         moved = moved if goes and raw < most else none
         s3 += moved

@@ -18,7 +18,7 @@ class GaussianSettings:
 
     Attributes:
         steps: of Adam.
-        gaussians: the budget: no more are ever held.
+        gaussians: the most that a model may have.
         seed: of the order of the views, the relocation, the noise and the dropout.
         degree: of the spherical harmonics, 0 to 2.
         initial: what the Gaussians start from: `splats` (the stereo reconstruction of the selected

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.reconstruct.splats import fusion
 
-# of verdicts that are held at once: 900 maps at 64x48, 8 neighbours each. More are made anew in
+# of verdicts in memory at once: 900 maps at 64x48, 8 neighbours each. More are made anew in
 # every round
 VERDICT_BYTES = 1 << 28
 PAIR_BYTES = 12  # of a pixel and a neighbour, see `fusion.Verdicts`
@@ -49,15 +49,15 @@ def agreed(
         given = own.start, maps.inverse, maps.rays, *there, maps.ks, maps.tolerance[own]
         return fusion.compare(*given)
 
-    held = compared(rows[0]) if len(rows) == 1 else None
+    kept = compared(rows[0]) if len(rows) == 1 else None
 
     def voted(own: slice) -> np.ndarray:
-        known = held or compared(own)
+        known = kept or compared(own)
         weight = np.float32(against)
         return fusion.vote(own.start, opacity, maps.neighbours[own], known, weight)
 
     def fused(own: slice) -> np.ndarray:
-        known = held or compared(own)
+        known = kept or compared(own)
         return fusion.fuse(own.start, maps.inverse, opacity, maps.neighbours[own], known)
 
     for _ in range(rounds):

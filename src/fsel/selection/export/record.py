@@ -188,7 +188,7 @@ def summary(outcome: Outcome) -> str:
             shown = "these views" if tried.on_targets else "the capture's own frames"
             said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
         elif np.isfinite([trial.gain for trial in others]).any():
-            said = f"{usual} is as good here as what else was tried"
+            said = f"{usual} is as good here as the other selections tried"
         else:
             said = f"{usual} is kept: too few frames are left to compare it on"
     elif len(targets.frames) >= LEAST_TARGETS and outcome.method.name == DEFAULT:

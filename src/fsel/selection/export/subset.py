@@ -63,18 +63,18 @@ def check_cameras(raw: RawCapture, undistort: bool) -> None:
 
 
 def write(
-    stage: Path, opened: LazyCapture, picks: np.ndarray, held: np.ndarray, form: Form
+    stage: Path, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray, form: Form
 ) -> SparsePoints:
     """Write frames.txt, and a capture of the picks; with held-out frames, `train` and `test` each.
 
-    Trainers that ignore the lists of transforms.json then cannot train on what is held out. Both
+    Trainers that ignore the lists of transforms.json then cannot train on held-out frames. Both
     have the points that the picks see, which are returned in the capture's world. Where there are
     masks, of the object or else the capture's own, each image gets one of its size, white where
     pixels count. The cameras were checked by `check_cameras`.
     """
     names = "".join(f"{opened.capture.names[i]}\n" for i in picks)
     (stage / FRAMES).write_text(names, encoding="utf-8")
-    train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
+    train, kept_back = np.sort(picks).tolist(), np.sort(held_out).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))
     points = cloud.cloud_of(opened, used, train, form.points, form.matched)

@@ -7,7 +7,7 @@ import numpy as np
 from fsel.core.compiled import exact
 from fsel.core.geometry import camera_centers
 from fsel.core.problem import Method, Problem
-from fsel.selectors.baselines.splat_views import Blends, fitted, greedily, held_by
+from fsel.selectors.baselines.splat_views import Blends, fitted, greedily, inside
 
 BINS = 128  # directions on the sphere
 EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage
@@ -42,14 +42,14 @@ class Coverage:
 
     def add(self, row: int) -> None:
         blends = self.blends
-        held = np.flatnonzero(held_by(blends, row))
-        rays = blends.splats[:3, held] - self.centers[row][:, None]
+        seen = np.flatnonzero(inside(blends, row))
+        rays = blends.splats[:3, seen] - self.centers[row][:, None]
         nearest = _nearest(rays, self.directions)
-        first = ~self.known[held, nearest]
-        held, nearest = held[first], nearest[first]
-        self.known[held, nearest] = True
+        first = ~self.known[seen, nearest]
+        seen, nearest = seen[first], nearest[first]
+        self.known[seen, nearest] = True
         new = np.full(len(self.known), -1, np.int16)
-        new[held] = nearest
+        new[seen] = nearest
         entries = blends.start, blends.index, self.best
         _raise(new, self.directions, blends.splats, self.centers, *entries)
 
@@ -97,7 +97,7 @@ def _raise(new, directions, splats, centers, start, index, best):
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedily`."""
+    """Pick (k,) int64 frames of the pool, each the least covered view by the picks so far."""
     return greedily(problem, k, lambda *seen: Coverage(fitted(*seen)))
 
 

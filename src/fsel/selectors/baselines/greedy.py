@@ -10,7 +10,7 @@ from fsel.core.compiled import exact
 from fsel.core.geometry import centered
 
 TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are not more exact
-BLOCK = 256  # rows whose values are held at a time
+BLOCK = 256  # rows whose values are in memory at a time
 
 
 def lazy_greedy(

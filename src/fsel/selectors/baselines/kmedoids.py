@@ -11,7 +11,7 @@ from fsel.core.problem import Method, Problem
 from fsel.selectors.baselines.greedy import BLOCK, locate
 
 ROUNDING = 1e-6  # of a distance in float32
-HELD = 2048  # frames up to which all distances are held: 16 MB
+DENSE = 2048  # frames up to which all distances are kept: 16 MB
 
 Rows = Callable[[np.ndarray], np.ndarray]
 """(b,) rows -> (b, n) float32 distances to all, symmetric, 0 to itself."""
@@ -23,7 +23,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     distance = distances(
         problem.capture.centers[pool], problem.capture.axes[pool], problem.descriptors[pool]
     )
-    if len(pool) <= HELD:
+    if len(pool) <= DENSE:
         whole = distance(np.arange(len(pool)))
         distance = whole.__getitem__
     build = locate(lambda rows: 1 - distance(rows), np.full(len(pool), np.inf), k)

@@ -119,7 +119,7 @@ def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
     return replace(capture, world_to_camera=pose_matrices(turned, shift), points=points)
 
 
-def held_by(blends: Blends, row: int) -> np.ndarray:
+def inside(blends: Blends, row: int) -> np.ndarray:
     """Return (n,) whether each splat lies within a view's image, hidden or not."""
     across, down, key = _room(blends.splats.shape[1])
     k = blends.intrinsics[row]

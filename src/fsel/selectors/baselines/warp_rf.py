@@ -39,7 +39,7 @@ class Inconsistency:
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedily`; a pick that was not reconstructed from is warped by its rendering."""
+    """Pick (k,) int64 frames of the pool, each the view that the warped picks explain least."""
     return greedily(problem, k, Inconsistency)
 
 

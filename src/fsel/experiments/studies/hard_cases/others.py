@@ -64,13 +64,13 @@ def wall(depth: float, odd: float | None = None) -> Capture:
 
 def measure_quality(capture: Capture) -> tuple[float, float]:
     """Measure PSNR in dB of every fourth frame from the others, and the median depth error."""
-    held = np.arange(1, len(capture), 4)
-    frames = np.setdiff1d(np.arange(len(capture)), held)
+    targets = np.arange(1, len(capture), 4)
+    frames = np.setdiff1d(np.arange(len(capture)), targets)
     position = Splats(capture).fit(frames).positions
     finite(position)
     assert capture.points is not None  # `wall` gives them
     depth = np.median(capture.points.xyz[:, 2])
-    return quality(capture, frames, held), float(np.median(np.abs(position[:, 2] / depth - 1)))
+    return quality(capture, frames, targets), float(np.median(np.abs(position[:, 2] / depth - 1)))
 
 
 def of_depth(depth: float, odd: float | None, allowed: float) -> CaseOutcome:

@@ -110,10 +110,10 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.asked) return;
-    this.asked = true;
+    if (this.requested) return;
+    this.requested = true;
     requestAnimationFrame((now) => {
-      this.asked = false;
+      this.requested = false;
       this.step(now);
       this.renderer.render(this.scene, this.camera);
       this.cameras.number();

@@ -115,7 +115,7 @@ def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), p
         needs: any of `points`, `files` and `capture`. Without any, a fit is given the selected
             frames alone; with `capture` every frame of the capture, targets too, which it must not
             use as images.
-        pixels: of the images that are handed over, `float32`, or `uint8` for a quarter the bytes.
+        pixels: type of the images, `float32`, or `uint8` for a quarter the bytes.
     """
     answers = os.fdopen(ANSWERS_TO, "w", encoding="utf-8", newline="\n")
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
@@ -185,7 +185,7 @@ ANSWERS = {"hello": _hello, "bind": _bind, "fit": _fit, "render": _render}
 
 
 class _Peak:
-    """Memory at its highest, above what was held at the start: torch's on the GPU for the device
+    """Memory at its highest, above that at the start: torch's on the GPU for the device
     `cuda`, else resident; 0 where it is not known."""
 
     def __init__(self, device):
