@@ -75,7 +75,8 @@ def left_out(
     findings: tuple[Finding, ...], count: int, shown: Callable[[int, np.ndarray], bool]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (n,) int64 bad frames that are left out, the least bad first, and (m,) those that
-    stay, since they alone show a part of the scene (`shown`: whether (N,) bool others show it)."""
+    stay, since they alone show a part of the scene; misplaced and unreadable ones never do.
+    `shown` says of a frame whether (N,) bool others show what it shows."""
     severity, useless = np.zeros(count), np.zeros(count, bool)
     for finding in findings:
         if finding.kind != DUPLICATE:
