@@ -42,8 +42,8 @@ def cache() -> Path:
 
 
 def unfinished(path: Path) -> Path:
-    """Return the name beside `path` under which this process writes it; what gone processes of this
-    machine left there is removed."""
+    """Return the name beside `path` under which this process writes it, and remove what dead
+    processes of this machine left there."""
     path.parent.mkdir(parents=True, exist_ok=True)
     pattern = re.compile(rf"\.{host()}\.(\d{{1,9}})\.{re.escape(path.name)}")
     for other in path.parent.iterdir():
