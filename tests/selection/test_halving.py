@@ -154,15 +154,15 @@ def test_the_error_is_that_of_stretches_and_of_fits():
     assert error == pytest.approx(np.sqrt(of_frames + of_fits))
 
 
-def test_what_few_frames_say_is_chance():
-    picks = {EVEN: EVENLY, "other": OTHER}
-    for count, kept in ((40, "other"), (16, EVEN)):
+def test_what_few_frames_say_or_one_of_several_selections_is_chance():
+    one = {EVEN: EVENLY, "other": OTHER}
+    for n, picks, kept in ((28, one, "other"), (28, one | {"third": THIRD}, EVEN), (16, one, EVEN)):
 
-        def score(frames, seed, count=count):
-            gains = np.where(np.arange(count) // 4 % 2, 2.0, -0.2) * np.array_equal(frames, OTHER)
-            return np.stack([20 + gains, np.full(count, 0.5)], axis=1)
+        def score(frames, seed, n=n):
+            gains = np.where(np.arange(n) // 4 % 2, 2.0, -0.2) * np.array_equal(frames, OTHER)
+            return np.stack([20 + gains, np.full(n, 0.5)], axis=1)
 
-        assert SuccessiveHalving(score, picks, FRAMES[:count]).run(1, ENDLESS).kept == kept
+        assert SuccessiveHalving(score, picks, FRAMES[:n]).run(1, ENDLESS).kept == kept
 
 
 def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):

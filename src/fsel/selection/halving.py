@@ -43,7 +43,7 @@ SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
 STRETCHES = 12  # of the validation frames at most: neighbours are not independent
 LEAST_STRETCH = 3  # frames of a stretch
-CONFIDENCE = 0.95  # one-sided, by Student's t over the stretches
+CHANCE = 0.05  # one-sided, by Student's t over the stretches, for all that are tried together
 FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
 SIDE = 64  # pixels
 SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
@@ -184,7 +184,7 @@ class SuccessiveHalving:
     def _margin(self, trial: CandidateScore) -> float:
         """Gain in dB to be exceeded; infinite where `gaussians` were not fitted."""
         sure = self._rule.sure or np.isinf(trial.error)
-        return max(self._rule.margin, _chance(trial)) if sure else self._rule.margin
+        return max(self._rule.margin, _chance(trial, len(self._picks) - 1) if sure else 0.0)
 
     def _runners(self, count: int | None) -> int:
         """Count the selections that a heat has at most, the first one included."""
@@ -239,9 +239,9 @@ def _stretches(count: int) -> int:
     return int(np.clip(count // LEAST_STRETCH, 2, STRETCHES))
 
 
-def _chance(trial: CandidateScore) -> float:
-    """Gain in dB that chance may bring: the fewer frames are scored, the more."""
-    return trial.error * float(stdtrit(_stretches(trial.validation) - 1, CONFIDENCE))
+def _chance(trial: CandidateScore, tried: int = 1) -> float:
+    """Gain in dB that chance may bring to the best of so many (Bonferroni)."""
+    return trial.error * float(stdtrit(_stretches(trial.validation) - 1, 1 - CHANCE / tried))
 
 
 Scorer = Callable[[np.ndarray, int | None], np.ndarray]
