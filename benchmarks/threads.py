@@ -1,6 +1,6 @@
 """Seconds by threads of what a person waits for; writes docs/results/threads.md.
 
-    python benchmarks/threads.py [--repeats 64] [--sizes 3]
+    python benchmarks/threads.py [--repeats 64]
     FSEL_THREADS=2 python benchmarks/threads.py --poses CAPTURE... [--every 2]
 
 One and two threads take turns in one process, and the least seconds of the repeats count, since
@@ -12,7 +12,11 @@ thread would end, if ranges were run one after the other and each given to the f
 import argparse
 import heapq
 import os
+import subprocess
+import sys
 import time
+import timeit
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -27,42 +31,57 @@ from fsel.captures.poses.placement import apart
 from fsel.captures.read import read_raw
 from fsel.core.geometry import camera_centers
 from fsel.core.threads import side_by_side
+from fsel.reconstruct.configured import Peak
 from fsel.reconstruct.gaussians import Gaussians, losses, optimiser, render
 from fsel.reconstruct.gaussians.training import Training
-from fsel.reconstruct.splats import Splats, reconstructor
+from fsel.reconstruct.radiance_field import RadianceField, grid
+from fsel.reconstruct.radiance_field import training as field
+from fsel.reconstruct.splats import Splats, consistency, reconstructor
 from fsel.selection.halving import small_fits
 
 PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
 SIZES = ((128, 6000, 30), (384, 20_000, 20), (640, 60_000, 12))  # pixels, Gaussians, frames
 WITHIN = 0.02  # of the extent of the cameras
-SHARED, COUNTS = (losses, optimiser, render, reconstructor), (1, 2, 4, 8)
+SHARED, COUNTS = (losses, optimiser, render, reconstructor, consistency, field, grid), (1, 2, 4, 8)
 HEAD = """# Seconds by threads
 
 `python benchmarks/threads.py`, on {cores} cores, at a load of {load:.1f} when it began: the second
 column says little where others use the cores. By ranges: times as fast by the processor's seconds
-until the last thread would end, without others and the way to a thread.
+until the last thread would end, without others and the way to a thread; the last by Amdahl, on 8
+from what is outside of ranges. Moved: what reading and writing parameters, gradients and moments
+takes of a step, at the {rate:.1f} GB/s that a thread copies.
 
-| | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8 threads | same bytes |
-|---|---|---|---|---|
-"""
+| | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8, Amdahl | MB, 1, 2, 8 | moved | same bytes |
+|---|---|---|---|---|---|---|
+"""  # noqa: E501
 
 
-def cases(sizes: int):
-    """Yield names, and what makes a function of no arguments for a number of threads."""
+def cases():
+    """Yield names, a function of no arguments for each number of threads, and bytes of a step."""
     capture, even = generated("mipnerf360", 0, 128, 40), np.arange(0, 40, 2)
-    yield "`splats`, 20 frames, 128 px", [lambda: Splats(capture).fit(even).splats] * len(COUNTS)
+    yield "`splats`, 20 frames, 128 px", [lambda: Splats(capture).fit(even).splats] * len(COUNTS), 0
+    quick = RadianceField(capture, sides=(40, 80), steps=(30, 30))
+    yield "`radiance_field`, the same", [lambda: quick.fit(even).grid.color] * len(COUNTS), 0
     score = small_fits(capture, even + 1, {"even": even})
     trials = [lambda: [*side_by_side(lambda seed: score(even, seed), range(4))]]
-    yield "4 trials of `fsel select`", trials * len(COUNTS)
-    for width, budget, frames in SIZES[:sizes]:
+    yield "4 trials of `fsel select`", trials * len(COUNTS), 0
+    for width, budget, frames in SIZES:
         bound = Gaussians(generated("mipnerf360", 0, width, frames), gaussians=budget)
         start, table = bound._start(bound.capture), "step of `gaussians`, {} px, {:,}"
         made = [Training(bound.capture, start, bound.settings) for _ in COUNTS]
-        yield table.format(width, budget), [lambda t=t: (t.step(9), t.table)[1] for t in made]
+        works = [lambda t=t: (t.step(9), t.table)[1] for t in made]
+        yield table.format(width, budget), works, 4 * 2 * made[0].table.nbytes
 
 
-def by_ranges(work, count: int) -> float:
-    """Return the processor's seconds until the last of so many threads would end."""
+def most_held(case: int, count: int) -> str:
+    """Return the MB that a case takes at most on so many threads, in a process of its own."""
+    words = [sys.executable, __file__, "--memory", str(case)]
+    environment = os.environ | {"FSEL_THREADS": str(count)}
+    return subprocess.check_output(words, env=environment, text=True).strip()
+
+
+def by_ranges(work, count: int) -> np.ndarray:
+    """Return the processor's seconds until the last thread would end, and those out of ranges."""
     saved, clock, kept = [], time.thread_time, render.spread
 
     def spread(part, parts):
@@ -71,7 +90,7 @@ def by_ranges(work, count: int) -> float:
             start = clock()
             made.append(part(*one))
             heapq.heapreplace(ends, ends[0] + clock() - start)
-        saved.append(clock() - began - max(ends))
+        saved.append(np.array([clock() - began - max(ends), clock() - began]))
         return made
 
     for module in SHARED:
@@ -119,7 +138,7 @@ def apart_by(found: dict[str, np.ndarray], truth: dict[str, np.ndarray]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--repeats", type=int, default=64, help="of steps; an eighth of the rest")
-    parser.add_argument("--sizes", type=int, default=3, help="of `gaussians`")
+    parser.add_argument("--memory", type=int, help="a case, whose MB are printed")
     parser.add_argument("--poses", type=Path, nargs="+", default=[], help="captures on disk")
     parser.add_argument("--every", type=int, default=1, help="frames of them, one in so many")
     arguments = parser.parse_args()
@@ -127,9 +146,17 @@ def main() -> None:
         poses(folder, arguments.every)
     if arguments.poses:
         return
-    page = HEAD.format(cores=os.cpu_count(), load=os.getloadavg()[0])
-    for name, works in cases(arguments.sizes):
-        wall, alone, same = np.full(2, np.inf), np.full(4, np.inf), True
+    if arguments.memory is not None:
+        works, peak = next(islice(cases(), arguments.memory, None))[1], Peak()
+        works[0]()
+        print(peak.bytes >> 20)
+        return
+    one, other = np.ones((2, 1 << 25))
+    copying = min(timeit.repeat(lambda: np.copyto(one, other), number=1, repeat=8))
+    rate, load = 2 * one.nbytes / copying, os.getloadavg()[0]
+    page = HEAD.format(cores=os.cpu_count(), load=load, rate=rate / 1e9)
+    for case, (name, works, moved) in enumerate(cases()):
+        wall, alone, same = np.full(2, np.inf), np.full((4, 2), np.inf), True
         for _ in range(max(arguments.repeats // (1 if "step" in name else 8), 2)):
             found = []
             for i, (count, work) in enumerate(zip(COUNTS, works, strict=True)):
@@ -139,11 +166,14 @@ def main() -> None:
                 if i < 2:
                     wall[i] = min(wall[i], time.perf_counter() - start)
                 if "trials" not in name:
-                    alone[i] = min(alone[i], by_ranges(work, count))
+                    alone[i] = np.minimum(alone[i], by_ranges(work, count))
             same = same and len(set(found)) == 1
-        ranges = " / ".join(f"{alone[0] / one:.2f}" for one in alone[1:] if np.isfinite(one))
+        whole, serial = alone[0]
+        faster = whole / np.append(alone[1:, 0], serial + (whole - serial) / 8)
+        memory = " / ".join(most_held(case, count) for count in (1, 2, 8))
         page += f"| {name} | {wall[0]:.4f} / {wall[1]:.4f} | {wall[0] / wall[1]:.2f} | "
-        page += f"{ranges} | {'yes' if same else 'no'} |\n"
+        page += " / ".join(f"{times:.2f}" for times in faster if "trials" not in name)
+        page += f" | {memory} | {moved / rate / wall[0]:.0%} | {'yes' if same else 'no'} |\n"
         print(page.splitlines()[-1], flush=True)
         PAGE.write_text(page, encoding="utf-8")
 

@@ -10,9 +10,12 @@ from coloured_wall import wall
 from selection_problems import around, capture_of
 from small_captures import ring
 
+from fsel.core.limits import THREADS
 from fsel.core.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.configured import Peak
+from fsel.reconstruct.gaussians import render
+from fsel.reconstruct.radiance_field import grid
 
 # those that learn, with what is quick
 LEARNING = [
@@ -20,6 +23,7 @@ LEARNING = [
     ("gaussians", {"steps": 60, "gaussians": 800, "initial": "points"}),
     ("radiance_field", {"sides": (12, 20), "steps": (10, 10), "rays": 512}),
 ]
+SHORT = {"steps": 102, "gaussians": 3000, "dropout": 0.1}
 MEGABYTE = 1 << 20
 OWN = ("splats", "gaussians", "radiance_field")  # those that need nothing else
 QUICK = {
@@ -119,6 +123,29 @@ def test_a_model_is_the_same_each_time_and_in_any_order_but_not_for_another_seed
     same(first, second, walled.views)
     other = bind(walled, **settings, seed=1).fit(frames)
     assert (first.render(walled.views) != other.render(walled.views)).any()
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "least"),
+    [
+        ("splats", {}, 0),
+        ("gaussians", {**SHORT, "views": 1}, 2 * render.FEWEST),
+        ("gaussians", {**SHORT, "views": 2}, 2 * render.FEWEST),
+        ("radiance_field", {"sides": (24, 30), "steps": (3, 5), "rays": 5000}, grid.FEWEST),
+    ],
+)
+def test_any_number_of_threads_gives_the_same_bytes(name, settings, least, monkeypatch):
+    large, made, losses = wall(size=(96, 72)), [], []
+    masked = replace(large, masks=np.arange(96) > np.full((8, 72, 1), 20))
+    for count in (1, 2, 3, 4):
+        monkeypatch.setenv(THREADS, str(count))
+        given = [lambda *step: losses.append(step)] if settings else []
+        model = RECONSTRUCTORS[name](masked, **settings).fit(np.arange(6), *given)
+        parts = model.render(large.view([7])), *vars(getattr(model, "grid", model)).values()
+        made.append([part.tobytes() for part in parts if isinstance(part, np.ndarray)])
+    assert model.primitives > least
+    assert made == made[:1] * 4
+    assert len(set(losses)) == len(losses) / 4
 
 
 @pytest.mark.parametrize(("name", "settings"), LEARNING)

@@ -17,7 +17,6 @@ from fsel.cli.reconstructor_args import bound, checked
 from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.capture import Capture
 from fsel.core.files import json_text
-from fsel.core.limits import threads
 from fsel.core.outputs import staged
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, subset_key
@@ -40,7 +39,7 @@ COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that 
 ORDER = " It may order close selections differently: to decide, use --reconstructor gaussians."
 QUICK = {"steps": 500, "gaussians": 5000}  # of FINE, where no reconstructor is named
 FIT_SECONDS, FIT_SIDE = 6.6, 192  # of one fit on one core, at so many pixels
-MOST_SECONDS = 60.0  # for all fits by FINE before COARSE is the default
+MOST_SECONDS = 120.0  # of a core, for all fits by FINE, before COARSE is the default
 Picks = dict[Cell, list[np.ndarray]]
 
 
@@ -57,7 +56,7 @@ TRIED = Method("tried", "Tried", "observed", nested=False, select=_tried)
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     methods = [TRIED if name == TRIED.name else method_of(name) for name in args.methods]
-    settings = judge(args, len(args.k) * len(list(runs(methods))), threads())
+    settings = judge(args, len(args.k) * len(list(runs(methods))))
     checked(args, **settings)
     metrics = metrics_of(args, console)
     if min(args.k) < 2:
@@ -97,11 +96,11 @@ def run(args: argparse.Namespace, console: Console) -> None:
     console.give(content)
 
 
-def judge(args: argparse.Namespace, fits: int, cores: int) -> dict[str, int]:
+def judge(args: argparse.Namespace, fits: int) -> dict[str, int]:
     """Name the reconstructor where the command line does not, and return its settings."""
     if args.reconstructor is not None:
         return {}
-    seconds = fits * FIT_SECONDS * (args.long_side / FIT_SIDE) ** 2 / cores
+    seconds = fits * FIT_SECONDS * (args.long_side / FIT_SIDE) ** 2
     fine = args.steps is not None or seconds <= MOST_SECONDS
     args.reconstructor = FINE if fine else COARSE
     return QUICK if fine else {}

@@ -7,10 +7,8 @@ import pytest
 from coloured_wall import in_another_world, psnr, wall
 
 from fsel.core.capture import Views
-from fsel.core.limits import THREADS
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import Gaussians, initial
-from fsel.reconstruct.gaussians.render import FEWEST
 from fsel.reconstruct.selected import Frame
 
 QUICK = {"steps": 60, "gaussians": 800}
@@ -41,27 +39,6 @@ def test_the_budget_holds_and_growth_fills_it(capture):
     assert len(capture.points.xyz) == 30
     model = Gaussians(capture, steps=800, gaussians=40, initial="points").fit(np.arange(8))
     assert 32 <= model.primitives <= 40  # 34 to 36 by seeds and processors
-
-
-@pytest.mark.parametrize("views", [1, 2])
-def test_any_number_of_threads_gives_the_same_bytes(views, monkeypatch):
-    large = wall(size=(96, 72))
-    masked = replace(large, masks=np.arange(96) > np.full((8, 72, 1), 20))
-    settings = {"steps": 102, "gaussians": 3000, "dropout": 0.1, "views": views}
-    models, shown, losses = [], [], []
-    for count in (1, 2, 3, 4):
-        monkeypatch.setenv(THREADS, str(count))
-        losses.append([])
-        models.append(
-            Gaussians(masked, **settings).fit(
-                np.arange(6), lambda *made, own=losses[-1]: own.append(made)
-            )
-        )
-        shown.append(models[-1].render(large.view(np.array([7]))))
-    assert models[0].primitives > 2 * FEWEST
-    assert len({model.table.tobytes() for model in models}) == 1
-    assert len({image.tobytes() for image in shown}) == 1
-    assert losses == losses[:1] * 4
 
 
 def test_coarse_steps_are_those_of_images_of_half_the_size(capture):

@@ -74,9 +74,10 @@ def test_variation_equals_automatic_differentiation():
         gap = given[rows[own, axis]] - given[own]
         total = total + torch.nn.functional.huber_loss(gap, 0 * gap, reduction="sum", delta=0.7)
     (0.3 * total / 0.7).backward()
-    gradient = np.ones_like(values)
-    add_variation(rows, values, 0.3, 0.7, gradient)
-    np.testing.assert_allclose(gradient - 1, given.grad.numpy(), atol=1e-12)
+    gradient, count = np.ones((len(values) + 1, 4)), len(values)
+    for part in ((0, count // 3), (count // 3, count)):
+        add_variation(rows, values, 0.3, 0.7, gradient, 36, *part)
+    np.testing.assert_allclose(gradient[:-1] - 1, given.grad.numpy(), atol=1e-12)
 
 
 def test_neighbours_are_one_vertex_away():

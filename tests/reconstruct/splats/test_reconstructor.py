@@ -10,7 +10,6 @@ from selection_problems import problem_of
 from textured_walls import textured_wall
 from watched_images import Watched
 
-from fsel.core.limits import THREADS
 from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.reconstruct import RECONSTRUCTORS
@@ -33,16 +32,6 @@ def test_a_wrong_pose_of_a_frame_that_is_not_selected_costs_nothing(points):
     ]
     assert scores[0] > 12
     assert scores[1] > scores[0] - 0.1
-
-
-def test_any_number_of_threads_gives_the_same_bytes(monkeypatch):
-    wall, made = textured_wall(frames=12), []
-    for count in (1, 2, 3):
-        monkeypatch.setenv(THREADS, str(count))
-        model = Splats(wall).fit(np.arange(0, 12, 2))
-        images = model.render(wall.view(np.arange(1, 12, 2)))
-        made.append([part.tobytes() for part in (model.splats, model.colors, images)])
-    assert made == made[:1] * 3
 
 
 def plain_support(maps, i, p, neighbours, poses, ks, tolerance):

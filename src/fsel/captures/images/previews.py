@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
 
 from fsel.captures.images import files as image_files
-from fsel.core.limits import threads
+from fsel.core.threads import side_by_side
 
 LUMA = np.array([0.299, 0.587, 0.114])
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
@@ -111,8 +110,5 @@ def in_turn(
     leaves the interpreter's lock, but frames of a video one by one. An error ends the call after
     what is under way."""
     film = any(isinstance(file, image_files.VideoFrame) for file in files)
-    pool = ThreadPoolExecutor(1 if film else threads())
-    try:
-        return list(progress(pool.map(work, range(len(files))), len(files)))
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    each = map if film else side_by_side
+    return list(progress(each(work, range(len(files))), len(files)))

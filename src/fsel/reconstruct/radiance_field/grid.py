@@ -9,7 +9,10 @@ import numpy as np
 import scipy.ndimage
 
 from fsel.core.compiled import exact
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct.radiance_field.rays import HALF_SIDE, width_of
+
+FEWEST = 4096  # vertices of a range
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,12 @@ class Grid:
         density = np.empty(len(places), np.float32)
         color = np.empty((len(places), self.color.shape[1]), np.float32)
         old = (self.side, self.index, self.density, self.color)
-        _resample(places, side, *old, empty, density, color)
+
+        def resample(*cut: int) -> None:
+            own = slice(*cut)
+            _resample(places[own], side, *old, empty, density[own], color[own])
+
+        spread(resample, ranges(len(places), FEWEST))
         return Grid(side, cells.reshape(-1), index, density, color, self.harmonics)
 
     def neighbours(self) -> np.ndarray:

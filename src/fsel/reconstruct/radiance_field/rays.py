@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fsel.core.compiled import exact
 from fsel.reconstruct.lanes import LANES, blend, scatter
 
@@ -49,17 +51,10 @@ def pace(x, y, z, dx, dy, dz):
 
 @exact
 def sample(ray, near, late, step, side, occupied, cells, parts):
-    """Fill the samples of a ray in occupied cells, at equal contracted steps; return their number.
+    """Fill the (S,) cells and (S, 3) places in them, 0..1, of a ray's samples in occupied cells,
+    by the lowest vertex of `side` along an edge, at equal contracted steps; return their number.
 
-    Args:
-        ray: (6,) origin and unit direction.
-        near: distance at which the ray starts.
-        late: in (0, 1], share of a step before the first sample.
-        step: contracted length.
-        side: vertices along an edge of the grid.
-        occupied: (side**3,) bool, by the lowest vertex of a cell.
-        cells: (S,) int64, filled with each sample's cell.
-        parts: (S, 3), filled with the place inside the cell, in [0, 1].
+    The (6,) ray, origin and unit direction, starts at distance `near` and a share `late` of a step.
     """
     scale = (side - 1) / (2.0 * HALF_SIDE)
     wall = HALF_SIDE - MARGIN / scale
@@ -126,22 +121,17 @@ def width_of(count):
 
 
 @exact
-def composite(samples, side, step, field, basis, least, kept, out):
+def composite(samples, side, step, field, basis, least, kept, state, out):
     """Composite one ray front to back; return the samples kept and the transmittance left.
 
-    Args:
-        samples: cells (n,) and parts (n, 3) of `sample`.
-        side, step: of `sample`.
-        field: index (side**3,) int32; logarithms of density (m,); raw colours, flat (m * W,).
-        basis: (B,) `harmonics` of the ray.
-        least: samples of a smaller optical depth are passed over.
-        kept: rows (S, 8) int32, shares (S, 8), state (S, 6), lanes (W,) or longer; filled. A row
-            of the state: three channels, weight, transmittance behind, optical depth.
-        out: (3,) colour without any background; filled.
+    Of (cells, parts) of `sample`, a field of (side**3,) indices, (m,) logarithms of density and
+    flat (m * W,) raw colours, and `harmonics` of the ray; samples of an optical depth below `least`
+    are passed over. Fills the (S, 8) rows and shares of `kept`, a (S, 6) state of three channels,
+    weight, transmittance behind and optical depth, and the (3,) colour without any background.
     """
     cells, parts = samples
     index, density, color = field
-    rows, shares, state, lanes = kept
+    rows, shares, lanes = kept[0], kept[1], kept[2][0]
     flat_rows, flat_shares, width = rows.reshape(-1), shares.reshape(-1), width_of(len(basis))
     left, n = 1.0, 0
     out[:] = 0
@@ -179,22 +169,15 @@ def _shade(lanes, basis, channels):
 
 
 @exact
-def backpropagate(n, kept, basis, slope, behind, gradients):
-    """Carry the gradient of one ray's colour back to the vertices.
+def backpropagate(n, kept, state, basis, slope, behind):
+    """Fill the gradients of a ray's samples, by raw colours (S, W) and log density (S,), of `kept`.
 
     With weights w, colours c and transmittances T, the colour C has the derivative by the optical
-    depth of sample i: dC/dt_i = T_(i+1) c_i - (sum of w_j c_j over j > i, and the background).
-
-    Args:
-        n, kept, basis: of `composite`.
-        slope: (3,) gradient of the loss by the colour.
-        behind: the gradient times what the background adds to the colour.
-        gradients: of the logarithms of density (m,) and of the raw colours, flat; added to.
+    depth of sample i: dC/dt_i = T_(i+1) c_i - (sum of w_j c_j over j > i, and the background). The
+    background adds `behind` times the (3,) `slope`, the gradient of the loss by the colour.
     """
-    rows, shares, state, lanes = kept
-    density_gradient, color_gradient = gradients
-    flat_rows, flat_shares, width = rows.reshape(-1), shares.reshape(-1), width_of(len(basis))
-    lanes[3 * len(basis) : width] = 0
+    _, _, lanes, changes = kept
+    lanes[:n, 3 * len(basis) :] = 0
     for s in range(n - 1, -1, -1):
         weight, left, depth = state[s, 3], state[s, 4], state[s, 5]
         worth = 0.0
@@ -203,10 +186,28 @@ def backpropagate(n, kept, basis, slope, behind, gradients):
             worth += slope[channel] * shade
             turned = slope[channel] * weight * shade * (1.0 - shade)
             for h in range(len(basis)):
-                lanes[3 * h + channel] = turned * basis[h]
-        change = (left * worth - behind) * depth
+                lanes[s, 3 * h + channel] = turned * basis[h]
+        changes[s] = (left * worth - behind) * depth
         behind += weight * worth
-        for c in range(8):
-            density_gradient[rows[s, c]] += shares[s, c] * change
-        for at in range(0, width, LANES):
-            scatter(color_gradient, lanes, flat_rows, flat_shares, s, width, at)
+
+
+@exact
+def add_up(kept, ends, gradients, first, last):
+    """Add the gradients of samples, ray by ray from its end, to the vertices `first` to `last`.
+
+    `ends` are the (n + 1,) bounds of each ray's samples in `kept`. What belongs to other vertices
+    is added to the last row of the gradients of log density and of raw colours, which is flat.
+    """
+    rows, shares, lanes, changes = kept
+    density, color = gradients
+    spot, parts, width = np.empty(8, rows.dtype), np.empty(8, shares.dtype), lanes.shape[1]
+    for q in range(len(ends) - 1):
+        for s in range(ends[q + 1] - 1, ends[q] - 1, -1):
+            if rows[s, 7] < first or rows[s, 0] >= last:  # the vertices of a sample ascend
+                continue
+            for c in range(8):
+                row, parts[c] = rows[s, c], shares[s, c]
+                spot[c] = row if first <= row < last else len(density) - 1
+                density[spot[c]] += parts[c] * changes[s]
+            for at in range(0, width, LANES):
+                scatter(color, lanes[s], spot, parts, 0, width, at)

@@ -9,11 +9,12 @@ import numpy as np
 
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import pixel_rays
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
-from fsel.reconstruct.radiance_field.training import FAINT, Pixels, Progress, optimised
+from fsel.reconstruct.radiance_field.training import FAINT, FEWEST_RAYS, Pixels, Progress, optimised
 from fsel.reconstruct.selected import Frame, distinct, restricted
 
 NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
@@ -81,8 +82,13 @@ class RadianceModel(Fitted):
         local, grid = Views(poses, views.intrinsics, views.size), self.grid
         field = grid.shape, grid.field, grid.harmonics, self.background
         for t in range(len(views)):
-            rays = rays_of(local.subset(slice(t, t + 1)))
-            passes.render_rays(rays, self.near, *field, FAINT, out[t].reshape(-1, 3))
+            rays, image = rays_of(local.subset(slice(t, t + 1))), out[t].reshape(-1, 3)
+
+            def render(first: int, last: int, rays=rays, image=image) -> None:
+                own = rays[first:last], self.near
+                passes.render_rays(*own, *field, FAINT, image[first:last])
+
+            spread(render, ranges(len(rays), FEWEST_RAYS))
         return np.clip(out, 0, 1, out=out)
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from fsel.core.compiled import exact
-from fsel.reconstruct.radiance_field import passes
-from fsel.reconstruct.radiance_field.grid import Grid, grown
+from fsel.core.threads import ranges, spread
+from fsel.reconstruct.radiance_field import passes, rays
+from fsel.reconstruct.radiance_field.grid import FEWEST, Grid, grown
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
 
 EMPTY = -1.0  # logarithm of density that the field starts from: a ray sees half-way through it
@@ -19,6 +21,7 @@ DECAY = 0.1  # of the step size, from the first step to the last
 BENDS = 1.0, 0.1  # differences of density and of colour from which variation counts linearly
 BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment
+FEWEST_RAYS, BLOCK = 128, 4096  # of a range; rays whose samples are kept at once
 
 Progress = Callable[[int, int, float], None]
 
@@ -43,8 +46,7 @@ def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | N
     made, total = 0, sum(settings.steps)
     for stage, steps in enumerate(settings.steps):
         if stage:
-            share = np.empty(len(grid.occupied), np.float32)
-            passes.largest_weights(pixels.rays, pixels.near, grid.shape, grid.field, share)
+            share = _largest_weights(pixels, grid)
             kept = grown((share > settings.visible).reshape(grid.cells.shape))
             grid = grid.refined(kept, settings.sides[stage], EMPTY)
         optimiser = _Optimiser(grid, pixels, settings, FAINT if stage else 0.0)
@@ -57,6 +59,16 @@ def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | N
     return grid
 
 
+def _largest_weights(pixels: Pixels, grid: Grid) -> np.ndarray:
+    """Return (side**3,) of `passes.largest_weights` for all pixels."""
+
+    def largest(first: int, last: int) -> np.ndarray:
+        own = pixels.rays[first:last], pixels.near
+        return passes.largest_weights(*own, grid.shape, grid.field)
+
+    return np.maximum.reduce(spread(largest, ranges(len(pixels.rays), FEWEST, 1)))
+
+
 def _draws(rng: np.random.Generator, count: int, size: int) -> Iterator[np.ndarray]:
     """Yield ascending rows of rays; all come before any comes again."""
     while True:
@@ -65,54 +77,99 @@ def _draws(rng: np.random.Generator, count: int, size: int) -> Iterator[np.ndarr
             yield np.sort(order[start : start + size])
 
 
+class _Part(NamedTuple):
+    """One of the grid's two arrays, and what Adam needs for it."""
+
+    values: np.ndarray  # (n, m)
+    gradient: np.ndarray  # (n + 1, m), see `add_variation`
+    moments: tuple[np.ndarray, np.ndarray]  # (n, m) each
+    rate: float
+    weight: np.float32  # of the variation of two neighbours
+    bend: np.float32
+
+
 class _Optimiser:
     """Adam on one grid's arrays, which it changes in place."""
 
     def __init__(
         self, grid: Grid, pixels: Pixels, settings: RadianceSettings, least: float
     ) -> None:
-        self.grid, self.pixels, self.settings, self.least = grid, pixels, settings, least
+        self.grid, self.pixels, self.least = grid, pixels, least
         self.rows = grid.neighbours()
-        self.values = grid.density[:, None], grid.color
-        self.gradients = tuple(np.zeros_like(v) for v in self.values)
-        self.moments = tuple(
-            (np.zeros(v.size, v.dtype), np.zeros(v.size, v.dtype)) for v in self.values
-        )
-        self.rates = settings.density_rate, settings.color_rate
-        self.weights = settings.density_variation, settings.color_variation
+        self.reach = int((self.rows - np.arange(len(self.rows))[:, None]).max(initial=0))
+        self.records: dict[tuple[int, int], tuple[np.ndarray, ...]] = {}
+        rates = settings.density_rate, settings.color_rate
+        variations = settings.density_variation, settings.color_variation
+        self.parts = []
+        arrays = grid.density[:, None], grid.color
+        for values, rate, variation, bend in zip(arrays, rates, variations, BENDS, strict=True):
+            gradient = np.zeros((len(values) + 1, values.shape[1]), values.dtype)
+            moments = np.zeros_like(values), np.zeros_like(values)
+            weight = np.float32(variation / max(len(values), 1))
+            self.parts.append(_Part(values, gradient, moments, rate, weight, np.float32(bend)))
+        self.gradients = tuple(part.gradient.reshape(-1) for part in self.parts)
 
     def step(self, drawn: np.ndarray, rng: np.random.Generator, turn: int, decay: float) -> float:
         """Make one step on the drawn rays; return the loss without its variation."""
-        pixels, grid = self.pixels, self.grid
-        late = 1 - rng.random(len(drawn), dtype=np.float32)
-        flat = tuple(g.reshape(-1) for g in self.gradients)
-        given = pixels.rays[drawn], pixels.truth[drawn], late, pixels.near
-        field = grid.shape, grid.field, grid.harmonics, pixels.background
-        loss = passes.loss_and_gradient(*given, *field, self.least, flat)
-        for part, values in enumerate(self.values):
-            if self.weights[part] > 0:
-                weight = np.float32(self.weights[part] / max(len(values), 1))
-                bend = np.float32(BENDS[part])
-                add_variation(self.rows, values, weight, bend, self.gradients[part])
-            rate = self.rates[part] * decay
-            adam_step(values.reshape(-1), flat[part], self.moments[part], rate, turn)
-        return loss
+        late, errors = 1 - rng.random(len(drawn), dtype=np.float32), []
+        vertices = ranges(len(self.rows), FEWEST)
+        for at in range(0, len(drawn), BLOCK):
+            block = drawn[at : at + BLOCK], late[at : at + BLOCK], len(drawn)
+            traced = spread(partial(self._trace, *block), ranges(len(block[0]), FEWEST_RAYS))
+            spread(partial(self._add_up, traced), vertices)
+            errors += [error for _, error, _ in traced]
+        spread(self._vary, vertices)
+        spread(partial(self._descend, turn, decay), vertices)
+        return float(np.concatenate(errors).sum() / len(drawn))
+
+    def _trace(self, drawn: np.ndarray, late: np.ndarray, total: int, first: int, last: int):
+        """Return the record of a range of rays, their errors, and the ends of their samples."""
+        grid, pixels, own = self.grid, self.pixels, drawn[first:last]
+        if (first, last) not in self.records:
+            room = last - first, grid.shape[0], grid.harmonics, pixels.truth
+            self.records[first, last] = passes.record(*room)
+        given = pixels.rays[own], pixels.truth[own], late[first:last], pixels.near
+        field = grid.shape, grid.field, grid.harmonics, pixels.background, self.least
+        record = self.records[first, last]
+        return record, *passes.loss_and_gradient(*given, *field, total, record)
+
+    def _add_up(self, traced, first: int, last: int) -> None:
+        for record, _, ends in traced:
+            rays.add_up(record, ends, self.gradients, first, last)
+
+    def _vary(self, first: int, last: int) -> None:
+        for part in self.parts:
+            if part.weight > 0:
+                given = part.values, part.weight, part.bend, part.gradient
+                add_variation(self.rows, *given, self.reach, first, last)
+
+    def _descend(self, turn: int, decay: float, first: int, last: int) -> None:
+        for part in self.parts:
+            arrays = (part.values, part.gradient, *part.moments)
+            values, gradient, *moments = (array[first:last].reshape(-1) for array in arrays)
+            adam_step(values, gradient, tuple(moments), part.rate * decay, turn)
 
 
 @exact
-def add_variation(rows, values, weight, bend, gradient):
+def add_variation(rows, values, weight, bend, gradient, reach, first, last):
     """Add the gradient of Huber's norm, linear beyond `bend`, of differences of (n, m) values at
-    (n, 3) int32 `Grid.neighbours`, summed and weighted."""
-    for n in range(len(rows)):
+    (n, 3) int32 `Grid.neighbours`, summed and weighted, to the vertices `first` to `last`.
+
+    Rows of neighbours are `reach` apart at most; what belongs to other vertices is added to the
+    last row of the (n + 1, m) gradient.
+    """
+    beyond = len(gradient) - 1
+    for n in range(max(first - reach, 0), last):
         for axis in range(3):
             other = rows[n, axis]
-            if other < 0:
+            if other < 0 or (n < first and not first <= other < last):
                 continue
+            own, theirs = (n if n >= first else beyond), (other if other < last else beyond)
             for m in range(values.shape[1]):
                 gap = (values[other, m] - values[n, m]) / bend
                 push = weight * min(max(gap, -1.0), 1.0)
-                gradient[other, m] += push
-                gradient[n, m] -= push
+                gradient[theirs, m] += push
+                gradient[own, m] -= push
 
 
 @exact

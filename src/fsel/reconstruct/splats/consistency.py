@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsel.core.threads import ranges, spread
 from fsel.reconstruct.splats import fusion
 
 # of verdicts in memory at once: 900 maps at 64x48, 8 neighbours each. More are made anew in
@@ -41,25 +42,28 @@ def agreed(
     """
     count, neighbours = maps.neighbours.shape
     each = neighbours * (maps.inverse[0].size + 1) * PAIR_BYTES
-    step = max(1, VERDICT_BYTES // each)
-    rows = [slice(first, first + step) for first in range(0, count, step)]
+    most = max(1, VERDICT_BYTES // each)
+    few = max(1, most // len(ranges(count, 1, 1)))
+    blocks = [(first, min(first + few, count)) for first in range(0, count, few)]
+    rows = ranges(count, 1) if count <= most else blocks
 
-    def compared(own: slice) -> fusion.Verdicts:
+    def compared(first: int, last: int) -> fusion.Verdicts:
+        own = slice(first, last)
         there = maps.neighbours[own], maps.rotation[own], maps.translation[own]
-        given = own.start, maps.inverse, maps.rays, *there, maps.ks, maps.tolerance[own]
+        given = first, maps.inverse, maps.rays, *there, maps.ks, maps.tolerance[own]
         return fusion.compare(*given)
 
-    kept = compared(rows[0]) if len(rows) == 1 else None
+    known = dict(zip(rows, spread(compared, rows), strict=True)) if count <= most else {}
 
-    def voted(own: slice) -> np.ndarray:
-        known = kept or compared(own)
-        weight = np.float32(against)
-        return fusion.vote(own.start, opacity, maps.neighbours[own], known, weight)
+    def voted(first: int, last: int) -> np.ndarray:
+        verdicts = known.get((first, last)) or compared(first, last)
+        given = maps.neighbours[first:last], verdicts, np.float32(against)
+        return fusion.vote(first, opacity, *given)
 
-    def fused(own: slice) -> np.ndarray:
-        known = kept or compared(own)
-        return fusion.fuse(own.start, maps.inverse, opacity, maps.neighbours[own], known)
+    def fused(first: int, last: int) -> np.ndarray:
+        verdicts = known.get((first, last)) or compared(first, last)
+        return fusion.fuse(first, maps.inverse, opacity, maps.neighbours[first:last], verdicts)
 
     for _ in range(rounds):
-        opacity = np.concatenate([voted(own) for own in rows])
-    return np.concatenate([fused(own) for own in rows]), opacity
+        opacity = np.concatenate(spread(voted, rows))
+    return np.concatenate(spread(fused, rows)), opacity

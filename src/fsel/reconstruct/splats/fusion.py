@@ -36,17 +36,9 @@ class Verdicts(NamedTuple):
 
 @exact
 def compare(first, inverse, rays, neighbours, rotation, translation, ks, tolerance):
-    """Carry every pixel of B depth maps in a row into their neighbours and compare.
-
-    Args:
-        first: the first of the B.
-        inverse: (K, h, w) float32 inverse depth maps.
-        rays: (K, 2, h, w) float32, x/z and y/z of every pixel.
-        neighbours: (B, M) int64 rows of the depth maps to ask.
-        rotation: (B, M, 3, 3) float32, camera to neighbour.
-        translation: (B, M, 3) float32.
-        ks: (K, 4) float32 intrinsics.
-        tolerance: (B,) float32 inverse depth.
+    """Carry every pixel of B depth maps in a row, from the `first` on, into their neighbours and
+    compare; see `fsel.reconstruct.splats.consistency.Maps`, whose neighbours, rotations,
+    translations and tolerances are of the B alone.
     """
     maps, height, width = inverse.shape
     (count, each), size = neighbours.shape, height * width
@@ -117,12 +109,8 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
 def vote(first, sure, neighbours, verdicts, against_weight):
     """Return (B, h, w) float32 opacities, 0..1, from the verdicts of neighbours by their certainty.
 
-    Args:
-        first: the first of the B depth maps.
-        sure: (K, h, w) float32, 0..1; matching confidence, or the last round's opacity.
-        neighbours: (B, M) int64.
-        verdicts: as `compare` returns.
-        against_weight: what a free-space violation weighs beside an agreement.
+    `sure` is (K, h, w) float32, matching confidence or the last round's opacity; a free-space
+    violation weighs `against_weight` beside an agreement.
     """
     maps, height, width = sure.shape
     count, size = len(neighbours), height * width
@@ -172,17 +160,10 @@ def fuse(first, inverse, opacity, neighbours, verdicts):
 
 @exact
 def place(fused, opacity, rays, camera_to_world, images, threshold):
-    """Return float32 splats (5, n) of opaque enough pixels, and their colours (n, 3), 0..255.
+    """Return float32 splats (5, n) of pixels of at least `threshold` opacity, and their colours
+    (n, 3), 0..255, of (K, 3, 4) poses and (K, h, w, 3) uint8 images.
 
     The rows are world x, y, z, opacity, and depth in the source camera.
-
-    Args:
-        fused: (K, h, w) float32 inverse depth.
-        opacity: (K, h, w) float32.
-        rays: (K, 2, h, w) float32.
-        camera_to_world: (K, 3, 4) float32.
-        images: (K, h, w, 3) uint8.
-        threshold: least opacity to keep.
     """
     count, height, width = fused.shape
     size = height * width

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsel.core.compiled import exact
 
-F, INT = np.float32, np.int32
+F = np.float32
 
 HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 
@@ -21,35 +21,11 @@ def typical_weight(total):
             count += total[y, x, 3] > 0
     if count == 0:
         return F(1)
-    met = met[:count]
-    low = _ranked(met, (count - 1) // 2)
-    upto, high = 0, F(np.finfo(np.float32).max)
-    for weight in met:
-        upto += weight <= low
-        high = min(high, weight if weight > low else high)
-    return low if upto > count // 2 else F(0.5) * (low + high)
-
-
-@exact
-def _ranked(values, rank):
-    """Return the value of a rank, from 0, of positive float32, by histograms of their bits."""
-    bits = values.view(np.uint32)
-    histogram = np.empty(1 << 12, INT)
-    prefix, shift = np.uint32(0), np.uint32(32)
-    while shift > 0:
-        above, shift = shift, np.uint32(max(INT(shift) - 12, 0))
-        for b in range(1 << 12):
-            histogram[b] = 0
-        for value in bits:
-            # a shift by 32 is not defined, and nothing lies above the first bits
-            if above == 32 or value >> above == prefix >> above:
-                histogram[(value >> shift) & np.uint32(0xFFF)] += 1
-        bin_ = 0
-        while histogram[bin_] <= rank:
-            rank -= histogram[bin_]
-            bin_ += 1
-        prefix |= np.uint32(bin_) << shift
-    return np.array([prefix]).view(np.float32)[0]
+    ranked = np.partition(met[:count], count // 2)
+    middle, below = ranked[count // 2], F(0)
+    for weight in ranked[: count // 2]:
+        below = max(below, weight)
+    return middle if count % 2 else F(0.5) * (below + middle)
 
 
 @exact

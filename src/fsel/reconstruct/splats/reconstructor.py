@@ -107,7 +107,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
             own, ranked = frames[first:last].tolist(), frames[order[first:last]]
             return [self._depth_map(i, others, keep) for i, others in zip(own, ranked, strict=True)]
 
-        maps = list(chain(*spread(mapped, ranges(len(frames), 1))))
+        maps = list(chain(*spread(mapped, ranges(len(frames), 1, 16))))
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
         neighbours = np.ascontiguousarray(order[:, : self.settings.neighbours])

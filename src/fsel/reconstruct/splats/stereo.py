@@ -175,13 +175,8 @@ def aggregate(cost, grey, small, large):
 def _sweep(costs, jumps, shape, strides, forward, small, total):
     """Add the paths along one axis, in one direction, to the flat sums.
 
-    Args:
-        costs, small: as of `aggregate`, flat.
-        jumps: flat penalties of a jump between a pixel and the one before it on its line.
-        shape: number of lines, and of steps along each.
-        strides: from a line to the next, and from a step to the next, pixels.
-        forward: whether steps go up.
-        total: flat sums, changed in place.
+    `jumps` are flat penalties between a pixel and the one before it on its line; `shape` counts the
+    lines and the steps along each, `strides` the pixels from one to the next.
     """
     # all lines advance together: their steps do not wait for each other. Every sum is cut back to
     # int16 at once, or the loop would not vectorise
@@ -215,17 +210,14 @@ def _sweep(costs, jumps, shape, strides, forward, small, total):
 @exact
 def _jumps(grey, small, large):
     """Return (2, h, w) int16 penalties of jumps from the pixel before, in rows and in columns."""
-    height, width = grey.shape
-    jumps = np.zeros((2, height, width), S)
-    least = F(small) + F(1)
-    for y in range(height):
-        for x in range(1, width):
-            edge = abs(grey[y, x] - grey[y, x - 1])
-            jumps[0, y, x] = S(INT(np.rint(max(least, large / (F(1) + F(0.1) * edge)))))
-    for y in range(1, height):
-        for x in range(width):
-            edge = abs(grey[y, x] - grey[y - 1, x])
-            jumps[1, y, x] = S(INT(np.rint(max(least, large / (F(1) + F(0.1) * edge)))))
+    jumps, least = np.zeros((2, *grey.shape), S), F(small) + F(1)
+    for y in range(grey.shape[0]):
+        for x in range(grey.shape[1]):
+            for axis in range(2):
+                edge = abs(grey[y, x] - grey[max(y - axis, 0), max(x + axis - 1, 0)])
+                penalty = max(least, large / (F(1) + F(0.1) * edge))
+                jumps[axis, y, x] = S(INT(np.rint(penalty)))
+    jumps[0, :, 0], jumps[1, 0] = 0, 0
     return jumps
 
 
@@ -233,12 +225,8 @@ def _jumps(grey, small, large):
 def winner(total, cost, inverse):
     """Return (h, w) float32 inverse depths, and confidences 0..1: near zero where planes are alike.
 
-    The winner takes all, with a parabola through the minimum.
-
-    Args:
-        total: (h, w, D) int16 aggregated cost.
-        cost: (h, w, D) int16 matching cost.
-        inverse: (D,) float32 inverse depths.
+    The least (h, w, D) int16 aggregated cost wins, with a parabola through it; confidence is by the
+    matching cost.
     """
     height, width, planes = total.shape
     costs, sums = cost.reshape(cost.size), total.reshape(total.size)
