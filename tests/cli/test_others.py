@@ -179,16 +179,16 @@ def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_pa
 @pytest.mark.parametrize(
     ("stated", "fits", "by"),
     [
-        ({}, 9, "gaussians"),
-        ({}, 10, "splats"),
-        ({"long_side": 384}, 3, "splats"),
+        ({}, 18, "gaussians"),
+        ({}, 19, "splats"),
+        ({"long_side": 384}, 5, "splats"),
         ({"steps": 9}, 99, "gaussians"),
         ({"reconstructor": "splats"}, 1, "splats"),
     ],
 )
 def test_compare_fits_gaussians_where_they_take_a_minute(stated, fits, by):
     args = Namespace(**{"reconstructor": None, "steps": None, "long_side": 192} | stated)
-    settings = compare.judge(args, fits, cores=1)
+    settings = compare.judge(args, fits)
     assert args.reconstructor == by
     assert bool(settings) == (by == "gaussians")
 

@@ -152,7 +152,7 @@ def _add_compare(commands) -> None:
     add_checking(command)
     add_object(command, "compare only frames that show the object, inside the masks")
     command.add_argument("--seed", type=whole(0), default=0, help="seed of random methods")
-    text = "gaussians (default where all fits take at most a minute), splats, ..."
+    text = "gaussians (default where all fits take two minutes of a core), splats, ..."
     _add_reconstructor(command, text)
     _add_metrics(command)
     add_size(command, default=192)
