@@ -17,6 +17,7 @@ import numpy as np
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, Lenses, common_frame
 from fsel.captures.images import files as image_files
+from fsel.captures.images.previews import in_turn
 from fsel.captures.layouts.contract import RawCapture
 from fsel.core.capture import Capture
 from fsel.core.files import atomic, mapped_array
@@ -201,7 +202,8 @@ class LazyImages:
         numbers = np.arange(len(self))[rows]
         if numbers.ndim == 0:
             return self._open(int(numbers))
-        return np.array([self._open(i) for i in numbers], np.uint8).reshape(-1, *self.shape[1:])
+        images = in_turn(lambda at: self._open(numbers[at]), [self._files[i] for i in numbers])
+        return np.array(images, np.uint8).reshape(-1, *self.shape[1:])
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return self[:] if dtype is None else self[:].astype(dtype)
