@@ -46,14 +46,16 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# the same at 384 pixels with ten frames, beside what tools pick by, two hours: docs/results/captures_384.md
+# the same at 384 pixels, beside what tools pick by on five, an hour: docs/results/captures_384.md
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
+AT_384 = --side 384 --by gaussians --seeds 1 --rows $(LARGE)
 HELMET = $${FSEL_CAPTURES:-../shared/captures}/helmet
-RIVALS = tried best_n Nearest "targets known"
+FIVE = $(HELMET) $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,bridge caliterra flowerpot miku)
 captures_384: .venv/installed
-	$(CAPTURES)_unknown.py --side 384 --by gaussians --seeds 1 --starts 3 --budgets 10 --methods $(RIVALS) --rows $(LARGE)
-	$(CAPTURES)_unknown.py $(HELMET) --side 384 --by gaussians --seeds 1 --starts 7 --budgets 10 --methods tried --rows $(LARGE)
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 20 --methods tried
+	$(CAPTURES)_unknown.py $(HELMET) $(AT_384) --starts 7 --budgets 10 --methods tried
+	$(CAPTURES)_unknown.py $(FIVE) $(AT_384) --starts 3 --budgets 10 --methods best_n Nearest "targets known"
 	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
