@@ -1,4 +1,5 @@
 import sys
+from functools import partial
 from pathlib import Path
 
 from snakemake.settings.types import DeploymentMethod
@@ -8,7 +9,7 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.core.files import fingerprint
-from fsel.workflow import cases, inputs, scenes
+from fsel.workflow import cases, inputs, requirements, scenes
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
@@ -29,11 +30,19 @@ if "datasets" not in config:
 
 
 results_storage = workflow.storage_settings
+stored = bool(results_storage and results_storage.default_storage_provider)
+if stored and workflow.is_main_process:
+    check_storage = partial(
+        requirements.check_storage,
+        workflow.storage_registry.default_storage_provider,
+        results_storage.default_storage_prefix or "",
+    )
+    check_storage()
 experiment = Experiment.load(
     config, Path(workflow.basedir), asks=workflow.is_main_process
 ).with_obtainable_metrics(
     ask=workflow.is_main_process,
-    stored=bool(results_storage and results_storage.default_storage_provider),
+    stored=stored,
 )
 paper = Paper(experiment, asks=workflow.is_main_process)
 if workflow.is_main_process:
@@ -85,6 +94,8 @@ include: "workflow/rules/selections.smk"
 onstart:
     if workflow.is_main_process:
         experiment.fetch_weights()
+        if stored:
+            check_storage(write=True)
 
 
 rule all:

@@ -1,5 +1,8 @@
 """What is named and not here is told before any job."""
 
+from threading import Event
+from unittest.mock import Mock
+
 import pytest
 from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
@@ -107,3 +110,20 @@ def test_reconstructors_of_a_table_are_checked_when_it_is_asked_for():
     requirements.check_reconstructors({"splats": FIRST | {"settings": {}}}, "transfer")
     with pytest.raises(Refusal, match="transfer, g: reconstructor 'gaussians'"):
         requirements.check_reconstructors({"g": SECOND | {"settings": {"steps": -1}}}, "transfer")
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"exists.side_effect": OSError("AccessDenied")}, "AccessDenied"),
+        ({"store_object.side_effect": OSError("AccessDenied")}, "AccessDenied"),
+        ({"bucket_exists.return_value": False}, "no such bucket"),
+        ({"exists.side_effect": Event().wait}, "no answer"),
+    ],
+)
+def test_a_storage_that_no_job_could_use_is_refused(change, fault, tmp_path):
+    usual = {"exists.return_value": False, "local_path.return_value": tmp_path / "fs" / ".fsel"}
+    provider = Mock(**{"object.side_effect": [Mock(**usual), Mock(**usual, **change)]})
+    requirements.check_storage(provider, "s3://bucket", write=True)
+    with pytest.raises(SystemExit, match=f"s3://bucket: .*{fault}"):
+        requirements.check_storage(provider, "s3://bucket", write=True, seconds=0.3)

@@ -23,13 +23,12 @@ def test_tables_in_a_storage_are_those_of_a_local_run(tmp_path):
     here.mkdir()
     scratch.mkdir()
     storage = ["--default-storage-provider", "fs", "--default-storage-prefix", str(bucket)]
-    shared = ["--shared-fs-usage", "persistence", "sources", "source-cache"]
-    for folder, words in ((here, []), (scratch, [*storage, *shared])):
+    for folder, words in ((here, []), (scratch, storage)):
         done = snakemake(folder, [config], "--cores", "1", *words, "--", TABLE)
         assert done.returncode == 0, done.stdout + done.stderr
-    again = snakemake(scratch, [config], "--cores", "1", *storage, *shared, "--", TABLE)
+    again = snakemake(scratch, [config], "--cores", "1", *storage, "--", TABLE)
     assert "Nothing to be done" in again.stdout + again.stderr
     assert (bucket / TABLE).read_bytes() == (here / TABLE).read_bytes()
     assert np.load(bucket / "results/smoke/co3d/evaluation00/masks.npy").any()
-    # local copies go as soon as no other job needs them, as on a machine of their own
+    # local copies go as soon as no other job needs them
     assert not list((scratch / ".snakemake" / "storage").rglob("images.npy"))

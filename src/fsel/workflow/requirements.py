@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from importlib.util import find_spec
+from threading import Thread
+from typing import Any
 
 from fsel.captures.colmap.runs import work_of
 from fsel.core.programs import MissingRequirement
@@ -68,6 +71,33 @@ def check_scorers(experiment: Experiment) -> None:
                     f"training.weights.{policy}: {error}",
                     "the workflow writes such files, in results/selector",
                 ) from error
+
+
+def check_storage(provider: Any, prefix: str, write: bool = False, seconds: float = 20) -> None:
+    """Refuse a storage of results that does not answer in time, that lacks the bucket or, with
+    `write`, that takes no file: an empty one, `.fsel`, stays there."""
+    probe = provider.object(os.path.join(prefix, ".fsel"))
+    faults = [f"no answer in {seconds:g} s"]
+
+    def ask() -> None:
+        try:
+            # the plugin for S3 would make a bucket that is not there
+            if not probe.exists() and not getattr(probe, "bucket_exists", lambda: True)():
+                raise FileNotFoundError("no such bucket, or no right to see it")
+            if write:
+                probe.local_path().parent.mkdir(parents=True, exist_ok=True)
+                probe.local_path().touch()
+                probe.store_object()
+            faults.clear()
+        except Exception as error:
+            faults[:] = [f"{type(error).__name__}: {error}"]
+
+    asking = Thread(target=ask, daemon=True)
+    asking.start()
+    asking.join(seconds)
+    if faults and probe.is_valid_query():  # else Snakemake says how one is written
+        hint = "a bucket or folder that you may read and write; look at credentials and endpoint"
+        raise SystemExit(f"--default-storage-prefix {prefix}: {faults[0]}\nHint: name {hint}")
 
 
 def _missing_of(named: Iterable[tuple[str, str, Section]]) -> list[str]:
