@@ -110,6 +110,13 @@ def test_features_and_matches_are_the_same_on_any_number_of_threads(tmp_path, mo
     assert sum("two_view_geometries" in line for line in content[0]) > 10
 
 
+def test_a_gpu_is_used_where_pycolmap_and_the_machine_have_one(monkeypatch):
+    for cuda, found in ((True, "here"), (True, None), (False, "here")):
+        monkeypatch.setattr(runs.pycolmap, "has_cuda", cuda)
+        monkeypatch.setattr(runs.shutil, "which", lambda _, found=found: found)
+        assert (runs.device().name == "auto") == bool(cuda and found)
+
+
 def test_poses_are_found_from_images_alone(tmp_path):
     truth = poses()
     image_files.write(render(truth), tmp_path / "images", [f"{i}.png" for i in range(10)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
-from fsel.captures.images.previews import Progress, in_silence
+from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.core.limits import threads
 from fsel.core.wording import counted
 
@@ -108,9 +109,10 @@ def extract(
         known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
     wanted = [name for name in names if name not in known]
     groups: dict[tuple, list[str]] = {}
-    for name in wanted:
+    contrasts = in_turn(lambda at: _contrast(folder / wanted[at]), wanted)
+    for name, contrast in zip(wanted, contrasts, strict=True):
         kind = None if camera_each else (_part_of(name), _size(folder / name))
-        groups.setdefault((kind, _contrast(folder / name)), []).append(name)
+        groups.setdefault((kind, contrast), []).append(name)
     most = max(IMAGES, 2 * threads())
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
     for kind, contrast, part in work.watch("features")(batches, len(batches)):
@@ -134,8 +136,14 @@ def extract(
             camera_mode=mode,
             reader_options=reader,
             extraction_options=options,
-            device=pycolmap.Device.cpu,
+            device=device(),
         )
+
+
+def device() -> pycolmap.Device:
+    """Return a GPU where pycolmap is built for NVIDIA's (pycolmap-cuda12) and one is there."""
+    gpu = pycolmap.has_cuda and shutil.which("nvidia-smi")
+    return pycolmap.Device.auto if gpu else pycolmap.Device.cpu
 
 
 def _size(path: Path) -> Size:
@@ -212,7 +220,7 @@ def match_pairs(database: Path, names: Sequence[tuple[str, str]]) -> None:
         matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads()),
         pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(listed)),
         verification_options=verification,
-        device=pycolmap.Device.cpu,
+        device=device(),
     )
 
 

@@ -30,15 +30,10 @@ class Maps(NamedTuple):
 def agreed(
     maps: Maps, opacity: np.ndarray, rounds: int, against: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Vote for some rounds, then average every depth with those that agree with it.
+    """Return (K, h, w) float32 inverse depths, averaged with those that agree, and opacities, voted
+    for in some rounds, from how sure matching is of each pixel, 0..1; see `SplatSettings`.
 
-    Args:
-        maps: the depth maps.
-        opacity: (K, h, w) float32, how sure matching is of each pixel, 0..1.
-        rounds, against: see `fsel.reconstruct.splats.reconstructor.SplatSettings`.
-
-    Returns:
-        (K, h, w) float32 inverse depths, and (K, h, w) float32 opacities. Blocks change no bit.
+    Blocks change no bit.
     """
     count, neighbours = maps.neighbours.shape
     each = neighbours * (maps.inverse[0].size + 1) * PAIR_BYTES
