@@ -22,7 +22,7 @@ from fsel.selection.validation import STATED, WHOLE, ValidationResult
 
 TICKS = 6  # times below the timeline of a video
 CELL = 84  # pixels of a frame's place on the page, were it square
-NOTE = "A point is seen well by two picks, which fix its depth; the scene is what the picks see."
+NOTE = "A point is seen well if two picks see it, which fixes its depth."
 
 REPORT = "report.html"
 KINDS = {"all": "all", "pick": "picks", "left": "left out", "held": "held out", "bad": "bad"}
@@ -35,9 +35,9 @@ FLYING = (
 )
 WISHES = (
     '<section id="wishes" hidden><h2>Keep and drop frames</h2>'
-    "<p>The command changes only what is marked: the free frame nearest to a dropped pick takes "
-    "its place unless a kept frame does, and all other picks stay. Run it in the folder in which "
-    "this selection was made.</p>"
+    "<p>The command changes only the marked frames: a kept frame, or else the nearest free one, "
+    "replaces a dropped pick; all other picks stay. Run it in the folder in which this selection "
+    "was made.</p>"
     '<p id="marked"></p><pre id="command"></pre><button id="clear">Clear</button></section>'
 )
 DETAIL = (
@@ -93,7 +93,7 @@ def _tried(tried: ValidationResult | None) -> list[str]:
     """Return what was tried and the rule that decided, to be unfolded."""
     if tried is None:
         return []
-    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "even spacing")
+    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "uniform sampling")
     sure = " beyond chance, by two reconstructors that agree" if rule.sure else ""
     said = f"{trials(tried)}. A selection replaces {first} if it is {rule.margin} dB ahead{sure}."
     return ["<details><summary>What was tried</summary>", f"<p>{escape(said)}</p></details>"]

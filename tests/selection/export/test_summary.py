@@ -13,10 +13,10 @@ from fsel.selection.validation import CandidateScore, ValidationResult
 @pytest.mark.parametrize(
     ("gains", "kept", "on_targets", "parts"),
     [
-        ((0, -0.3), "a", False, ["Even spacing is as good"]),
-        ((0, 1.26), "b", False, ["By b, 1.3 dB", "even spacing"]),
+        ((0, -0.3), "a", False, ["Uniform sampling is"]),
+        ((0, 1.26), "b", False, ["By b, 1.3 dB", "uniform sampling"]),
         ((0, 1.26), "b", True, ["By b, 1.3 dB", "fsel"]),
-        ((0, np.nan), "a", False, ["Even spacing is kept", "too few"]),
+        ((0, np.nan), "a", False, ["Uniform sampling is kept", "too few"]),
         (None, "", False, ["3 frames by fsel alone", "--patience"]),
     ],
 )

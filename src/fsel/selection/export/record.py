@@ -183,7 +183,7 @@ def summary(outcome: Outcome) -> str:
     if tried is not None:
         first, *others = tried.trials
         kept = next(trial for trial in tried.trials if trial.name == tried.kept)
-        usual = outcome.method.name if tried.on_targets else "even spacing"
+        usual = outcome.method.name if tried.on_targets else "uniform sampling"
         if kept is not first:
             shown = "these views" if tried.on_targets else "the capture's own frames"
             said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
