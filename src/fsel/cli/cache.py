@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -11,11 +12,15 @@ from fsel.captures.opening import FOUND, LOCK, locked
 from fsel.cli.console import Console
 from fsel.core.files import cache
 
+OURS = re.compile(r"[0-9a-f]{16}|compiled|(aliked|lpips|viewer|xfeat)[-_.].+")
+"""Names of what is kept: FSEL_CACHE may name a folder that holds more."""
+
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     folder, entries, total = cache(), [], 0
-    for path in sorted(folder.iterdir() if folder.is_dir() else ()):
+    inside = folder.iterdir() if folder.is_dir() else ()
+    for path in sorted(path for path in inside if OURS.fullmatch(path.name)):
         files = [path, *path.rglob("*")]
         size = sum(file.lstat().st_size for file in files)  # of links, not of what they lead to
         entries.append({"name": path.name, "bytes": size, "of": _source(path)})

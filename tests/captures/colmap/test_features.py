@@ -121,6 +121,21 @@ def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
     assert "--features is for poses by COLMAP" in capsys.readouterr().err
 
 
+def test_large_frames_of_videos_are_not_enlarged(tmp_path, monkeypatch):
+    asked, name = [], "00_000000.png"
+
+    def extract(*_, extraction_options, **__):
+        asked.append(extraction_options.sift.first_octave)
+
+    monkeypatch.setattr(pycolmap, "extract_features", extract)
+    for side, ordered in ((960, True), (960, False), (480, True)):
+        folder = tmp_path / f"{side}{ordered}"
+        folder.mkdir()
+        cv2.imwrite(str(folder / name), np.zeros((270, side), np.uint8))
+        runs.extract(folder.with_suffix(".db"), folder, [name], Work(parts=[Part([0], ordered)]))
+    assert asked == [0, -1, -1]
+
+
 def test_sift_sees_in_the_dark(tmp_path):
     texture = np.random.default_rng(0).integers(0, 255, (30, 40), np.uint8)
     lit = cv2.resize(texture, (320, 240), interpolation=cv2.INTER_CUBIC)

@@ -27,6 +27,7 @@ MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
+LARGE = 960  # pixels of a video's longer side, from which SIFT does not enlarge frames twice first
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
@@ -117,8 +118,13 @@ def extract(
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
     for kind, contrast, part in work.watch("features")(batches, len(batches)):
         reader = pycolmap.ImageReaderOptions()
-        if kind is not None and kind[0] and work.parts[int(kind[0])].panoramic:
+        options = pycolmap.FeatureExtractionOptions(num_threads=threads())
+        options.sift.peak_threshold *= contrast
+        source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
+        if source is not None and source.panoramic:
             reader.camera_model = SPHERE
+        elif source is not None and source.ordered and max(kind[1]) >= LARGE:
+            options.sift.first_octave = 0
         if (masks := folder.with_name(MASKS)).is_dir():
             reader.mask_path = masks
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
@@ -127,8 +133,6 @@ def extract(
         if work.features != features.SIFT:
             features.extract(database, folder, part)
             continue
-        options = pycolmap.FeatureExtractionOptions(num_threads=threads())
-        options.sift.peak_threshold *= contrast
         pycolmap.extract_features(
             database,
             folder,
@@ -232,7 +236,7 @@ def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
     """Return the frames and pairs of a run of COLMAP with SIFT, and about how long it takes."""
     every = frames <= (FEW if ordered else EXHAUSTIVE)
     matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE
-    size = min(pixels / 1e6, MOST_READ)
+    size = min(pixels / 1e6, MOST_READ) / (4 if ordered and pixels > LARGE**2 / 2 else 1)
     kept = min(size, MOST_KEPT)
     each = FRAME_SECONDS[0] + FRAME_SECONDS[1] * size + MAPPING_SECONDS * kept
     minutes = (frames * each + matched * (PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept)) / cores / 60
