@@ -178,5 +178,6 @@ def test_the_system_s_ffmpeg_encodes_where_it_can(tmp_path, monkeypatch):
 
 def test_a_video_without_a_codec_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(video, "CODECS", ())
+    monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(OSError, match=r"a\.mp4: OpenCV has no codec"):
         video.write_video(tmp_path / "a.mp4", [np.zeros((4, 4, 3), np.uint8)], 25)

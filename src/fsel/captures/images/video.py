@@ -211,11 +211,9 @@ def _written(best: tuple[SampledFrame, np.ndarray], folder: Path) -> SampledFram
 
 
 CODECS = ("avc1", "vp09", "mp4v")  # of OpenCV: H.264 where its FFmpeg encodes it, VP9, MPEG-4
-H264 = "libx264"  # of the system's ffmpeg
-ENCODE = (
-    "-y -v error -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i - "
-    "-c:v libx264 -crf 18 -pix_fmt yuv420p -movflags +faststart"
-)
+H264 = "libx264"  # of the system's ffmpeg, which is given these words and frames
+RAW = "-y -v error -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i - -c:v {codec} "
+ENCODE = RAW + "-crf 18 -pix_fmt yuv420p -movflags +faststart"
 
 
 def write_video(path: Path, frames: Iterable[np.ndarray], rate: float) -> None:
@@ -235,7 +233,7 @@ def _encoder(path: Path, size: image_files.Size, rate: float) -> Iterator[Any]:
     if program := shutil.which("ffmpeg"):
         known = subprocess.run([program, "-encoders"], capture_output=True, text=True).stdout
     if program and H264 in known:
-        words = ENCODE.format(width=size[0], height=size[1], rate=rate).split()
+        words = ENCODE.format(width=size[0], height=size[1], rate=rate, codec=H264).split()
         with subprocess.Popen([program, *words, path], stdin=subprocess.PIPE) as process:
             assert process.stdin is not None
             yield process.stdin.write
