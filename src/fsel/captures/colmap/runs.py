@@ -110,7 +110,8 @@ def extract(
         known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
     wanted = [name for name in names if name not in known]
     groups: dict[tuple, list[str]] = {}
-    contrasts = in_turn(lambda at: _contrast(folder / wanted[at]), wanted)
+    files = [folder / name for name in wanted]
+    contrasts = in_turn(lambda at: _contrast(files[at]), files)
     for name, contrast in zip(wanted, contrasts, strict=True):
         kind = None if camera_each else (_part_of(name), _size(folder / name))
         groups.setdefault((kind, contrast), []).append(name)
