@@ -41,9 +41,11 @@ class Row(NamedTuple):
     why: str = ""
 
 
-def scene_means(results: Path, name: str = "evaluation.parquet") -> pd.DataFrame:
-    """Return PSNR by (dataset, scene) and (method, k): targets, seeds and draws averaged."""
+def scene_means(results: Path, name: str = "evaluation.parquet", beside: str = "") -> pd.DataFrame:
+    """Return PSNR by (dataset, scene) and (method, k): targets, seeds and draws averaged, of draws
+    with a file `beside`."""
     paths = sorted(results.glob(f"*/*/draw*/{name}"))
+    paths = [path for path in paths if (path.parent / beside).exists()]
     if not paths:
         raise FileNotFoundError(f"{results}: no {name}; run `snakemake --cores 2 paper` first")
     parts = []
@@ -160,7 +162,8 @@ def page(results: Path) -> str:
     cells = scene_means(results)
     rows = list(sweep(cells))
     if any(results.glob("*/*/draw*/oracle.parquet")):
-        rows += search(cells, scene_means(results, "oracle.parquet"))
+        both = ("evaluation.parquet", "oracle.parquet")
+        rows += search(*(scene_means(results, name, beside=both[1]) for name in both))
     rows += others(results / "tables")
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     lines = [
