@@ -125,7 +125,7 @@ def test_kmedoids_cannot_be_bettered_by_one_swap(seed):
 def test_kmedoids_in_blocks_picks_as_from_the_whole_matrix(monkeypatch, block):
     problem = random_problem(60, seed=block)
     picks = select("kmedoids", problem, 9)
-    monkeypatch.setattr(kmedoids_method, "HELD", 0)
+    monkeypatch.setattr(kmedoids_method, "DENSE", 0)
     monkeypatch.setattr(kmedoids_method, "BLOCK", block)
     np.testing.assert_array_equal(select("kmedoids", problem, 9), picks)
     distance = slow_distances(problem).astype(np.float32)
