@@ -110,10 +110,10 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.requested) return;
-    this.requested = true;
+    if (this.asked) return;
+    this.asked = true;
     requestAnimationFrame((now) => {
-      this.requested = false;
+      this.asked = false;
       this.step(now);
       this.renderer.render(this.scene, this.camera);
       this.cameras.number();
