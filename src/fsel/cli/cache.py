@@ -50,4 +50,4 @@ def _remove(path: Path, console: Console) -> None:
         with locked(path / LOCK, seconds=0):
             shutil.rmtree(path)
     except TimeoutError:
-        console.warn(f"{path}: is in use, and stays")
+        console.warn(f"{path}: is in use and is kept")

@@ -70,7 +70,7 @@ def cards_of(shown: ReportContent) -> list[Card]:
     outcome = shown.outcome
     picked = {entry["index"]: entry for entry in shown.picked}
     left = {entry["name"]: entry["reason"] for entry in shown.left}
-    held, bad = set(outcome.targets.frames.tolist()), set(outcome.targets.bad.tolist())
+    held_out, bad = set(outcome.targets.frames.tolist()), set(outcome.targets.bad.tolist())
     wrong: dict[int, list[str]] = {}
     for finding in outcome.health.findings if outcome.health else ():
         wrong.setdefault(finding.frame, []).append(str(finding))
@@ -83,7 +83,7 @@ def cards_of(shown: ReportContent) -> list[Card]:
         if frame in picked:
             kind, order = "pick", picked[frame]["order"]
             text = f"Pick {order}: {adds(picked[frame])}."
-        elif frame in held:
+        elif frame in held_out:
             kind, text = "held", "Held out as a target: never picked."
         elif frame in bad:
             kind, text = "bad", "Left out as a bad frame."

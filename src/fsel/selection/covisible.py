@@ -102,7 +102,7 @@ def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: n
 
 @plain
 def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
-    """Note the best and second best worth of every observation with one pick more."""
+    """Note the best and second best value of every observation with one pick more."""
     start, partner, worth = pairs
     for at in range(start[r], start[r + 1]):
         e, value = partner[at], worth[at]

@@ -102,7 +102,7 @@ class Datasets:
         several = named if len(roots_of(entry)) > 1 else []
         if other := [scene for scene in several if not knows(folder_of(entry, scene))]:
             raise Refusal(
-                f"{where}.root is {entry['root']}, and {other} have not the layout {layout}",
+                f"{where}.root is {entry['root']}, and {other} do not have the layout {layout}",
                 "docs/datasets.md says what each expects; no two roots may have one name",
             )
 

@@ -206,6 +206,6 @@ def selected(experiment: Experiment) -> list[tuple[str, int]]:
         raise Refusal(f"selections.request: {error}", PAGE) from error
     if request["patience"] and not (isinstance(k, int) and request | usual == request):
         raise Refusal(
-            f"selections.request is {request}, but with patience only k may be stated", PAGE
+            f"selections.request is {request}, but with patience only k may be given", PAGE
         )
     return [(d, part) for d, parts in experiment.curated.items() for part in range(len(parts))]
