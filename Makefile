@@ -50,11 +50,10 @@ captures: .venv/installed
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
 AT_384 = --side 384 --by gaussians --seeds 1 --rows $(LARGE)
-HELMET = $${FSEL_CAPTURES:-../shared/captures}/helmet
-FIVE = $(HELMET) $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,bridge caliterra flowerpot miku)
+FIVE = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,bridge caliterra flowerpot helmet miku)
 captures_384: .venv/installed
-	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 20 --methods tried
-	$(CAPTURES)_unknown.py $(HELMET) $(AT_384) --starts 7 --budgets 10 --methods tried
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 20 30 --methods tried
+	$(CAPTURES)_unknown.py $(AT_384) --starts 7 --budgets 10 --methods tried
 	$(CAPTURES)_unknown.py $(FIVE) $(AT_384) --starts 3 --budgets 10 --methods best_n Nearest "targets known"
 	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
 
