@@ -17,7 +17,7 @@ def ended(folder, text, timeout=60):
 @pytest.mark.parametrize(
     ("text", "outcome", "said"),
     [
-        ("print('worked until here'); 1 / 0", "failed", "exit code 1\nworked until here\nTrace"),
+        ("print('working', flush=True); 1 / 0", "failed", "exit code 1\nworking\nTrace"),
         ("raise MemoryError", "out of memory", "exit code 1"),
         ("print('CUDA out of memory.'); exit(3)", "out of memory", "exit code 3"),
         ("import os, signal; os.kill(os.getpid(), 9)", "out of memory", "was killed"),

@@ -185,7 +185,7 @@ def test_a_worker_that_is_lost_is_started_again_once(capture, tmp_path, caplog, 
     ("fault", "outcome", "said"),
     [
         ("print('begun', file=sys.stderr); os._exit(3)", "failed", "exit code 3\nbegun"),
-        ("print('CUDA out of memory.'); os._exit(1)", "out of memory", "exit code 1"),
+        ("print('CUDA out of memory.', flush=True); os._exit(1)", "out of memory", "exit code 1"),
         ("time.sleep(60)", "timeout", "took longer than 10 s"),
         ("raise MemoryError('no room')", "out of memory", "MemoryError: no room"),
         ("raise RuntimeError('CUDA out of memory. Tried')", "out of memory", "Tried"),

@@ -16,7 +16,7 @@ from fsel.core.capture import Capture
 from fsel.features.conditioned import look_embedding
 
 OVERLAP = 0.2  # frames that a block takes of others, as a share of its own
-ALIKE = 8  # frames that share a point where the capture has none
+ALIKE = 9  # frames that share a point where the capture has none: on a ring, four on each side
 LEAST_FRAMES = 4  # of a part: fewer have no second eigenvector
 
 
