@@ -109,7 +109,10 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, request.always, request.never)
-    number = None if request.views else panorama_of(capture)
+    number = panorama_of(capture)
+    if request.views and number is None:
+        raise ValueError(f"{capture.source}: --views is for panoramas, of which it has none")
+    number = None if request.views else number
     if number is not None and (request.cover or not isinstance(k, int)):
         raise ValueError(
             f"{capture.source}: of panoramas a number k is picked, without a cover. Hint: views "

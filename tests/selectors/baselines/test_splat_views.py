@@ -205,7 +205,7 @@ def test_only_images_of_picks_are_read(filmed, name):
     watched = Watched(filmed.capture.images)
     problem = replace(filmed, capture=replace(filmed.capture, images=watched))
     picks = select(name, problem, 12)
-    assert watched.asked == set(picks[:8])  # fits from 4 and from 8
+    assert watched.asked == set(picks[: 10 if name == "cover" else 8])  # fits from 4, ..., 8 (10)
     begun = replace(problem, fixed_picks=picks[[5, 2]])
     assert select(name, begun, 3)[:2].tolist() == picks[[5, 2]].tolist()
     assert select(name, replace(problem, fixed_picks=picks[5:6]), 3)[0] == picks[5]
@@ -244,11 +244,15 @@ class Lowest:
         self.rows.append(row)
 
 
-def test_fits_are_made_anew_whenever_the_picks_have_doubled():
+@pytest.mark.parametrize(
+    ("growth", "counts"), [(1.0, [8, 16, 20]), (0.25, [5, 6, 7, 8, 10, 12, 15, 18, 20])]
+)
+def test_fits_are_made_anew_whenever_the_picks_have_grown(growth, counts):
     problem, made = random_problem(40), []
-    picks = greedily(problem, 20, lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1])
+    noted = lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1]  # noqa: E731
+    picks = greedily(problem, 20, noted, growth)
     rows = np.searchsorted(problem.observed, picks).tolist()
-    assert [one.rows for one in made] == [rows[:8], rows[:16], rows[:20]]
+    assert [one.rows for one in made] == [rows[:count] for count in counts]
     free = [row for row in range(len(problem.observed)) if row not in rows[:START]]
     assert rows[START:] == free[: 20 - START]
 
@@ -262,6 +266,28 @@ def test_splats_lie_where_the_views_look(filmed):
     begun = replace(filmed, fixed_picks=filmed.observed[:2])
     greedily(begun, 4, lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1])
     assert [one.rows for one in made[1:]] == [[0, 1, 2], [0, 1, 2, 3]]  # a fit after every pick
+
+
+def test_sparse_points_tell_of_views_where_no_pick_looks(filmed):
+    pool, capture = filmed.observed, filmed.capture
+    near = np.argsort(np.linalg.norm(capture.centers[pool] - capture.centers[pool[0]], axis=1))[:2]
+    alone, beside = (fitted(capture, pool, near, sparse=sparse) for sparse in (False, True))
+    shown = np.unique(capture.points.track_point[np.isin(capture.points.track_frame, pool)])
+    added = beside.splats[:, alone.splats.shape[1] :]
+    np.testing.assert_allclose(added[:3].T, capture.points.xyz[shown], rtol=1e-5, atol=1e-6)
+    assert set(added[3].tolist()) == {np.float32(0.1)}
+    unseen = np.setdiff1d(shown, capture.points.seen_from(pool[near], len(capture)).track_point)
+    count = [
+        np.isin(unseen, capture.points.seen_from(pool[[row]], len(capture)).track_point).sum()
+        for row in range(len(pool))
+    ]
+    shows = []
+    for blends in (alone, beside):
+        criterion = Information(blends)
+        for row in near:
+            criterion.add(row)
+        shows.append(count[np.argmax(criterion.scores())])
+    assert shows[1] > shows[0]
 
 
 def test_a_view_is_explained_by_its_own_rendering(filmed):

@@ -109,27 +109,17 @@ def extract(
         there = stored.read_all_images()
         known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
     wanted = [name for name in names if name not in known]
-    groups: dict[tuple, list[str]] = {}
-    files = [folder / name for name in wanted]
-    contrasts = in_turn(lambda at: _contrast(files[at]), files)
-    for name, contrast in zip(wanted, contrasts, strict=True):
-        kind = None if camera_each else (_part_of(name), _size(folder / name))
-        groups.setdefault((kind, contrast), []).append(name)
     most = max(IMAGES, 2 * threads())
+    groups = _alike(folder, wanted, camera_each)
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
     for kind, contrast, part in work.watch("features")(batches, len(batches)):
-        reader = pycolmap.ImageReaderOptions()
         options = pycolmap.FeatureExtractionOptions(num_threads=threads())
         options.sift.peak_threshold *= contrast
         source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
-        if source is not None and source.panoramic:
-            reader.camera_model = SPHERE
-        elif source is not None and source.ordered and max(kind[1]) >= LARGE:
+        filmed = source is not None and source.ordered and not source.panoramic
+        if filmed and max(kind[1]) >= LARGE:
             options.sift.first_octave = 0
-        if (masks := folder.with_name(MASKS)).is_dir():
-            reader.mask_path = masks
-        if kind is not None and (camera := _camera_of(database, *kind)) is not None:
-            reader.existing_camera_id = camera
+        reader = _reader(database, folder, kind, source)
         pycolmap.import_images(database, folder, mode, part, reader)
         if work.features != features.SIFT:
             features.extract(database, folder, part)
@@ -143,6 +133,31 @@ def extract(
             extraction_options=options,
             device=device(),
         )
+
+
+def _alike(folder: Path, names: Sequence[str], camera_each: bool) -> dict[tuple, list[str]]:
+    """Return the images of each kind, a part and size or None for a camera each, and contrast."""
+    files = [folder / name for name in names]
+    groups: dict[tuple, list[str]] = {}
+    contrasts = in_turn(lambda at: _contrast(files[at]), files)
+    for name, contrast in zip(names, contrasts, strict=True):
+        kind = None if camera_each else (_part_of(name), _size(folder / name))
+        groups.setdefault((kind, contrast), []).append(name)
+    return groups
+
+
+def _reader(
+    database: Path, folder: Path, kind: tuple[str, Size] | None, source: Part | None
+) -> pycolmap.ImageReaderOptions:
+    """Return the masks and the camera of the images of a part and size, None for one each."""
+    reader = pycolmap.ImageReaderOptions()
+    if source is not None and source.panoramic:
+        reader.camera_model = SPHERE
+    if (masks := folder.with_name(MASKS)).is_dir():
+        reader.mask_path = masks
+    if kind is not None and (camera := _camera_of(database, *kind)) is not None:
+        reader.existing_camera_id = camera
+    return reader
 
 
 def device() -> pycolmap.Device:

@@ -10,6 +10,7 @@ from fsel.core.problem import Method, Problem
 from fsel.selectors.baselines.splat_views import Blends, fitted, greedily, inside
 
 BINS = 128  # directions on the sphere
+GROWTH = 0.25  # of the picks, by which they are reconstructed anew
 EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage
 
 
@@ -98,7 +99,7 @@ def _raise(new, directions, splats, centers, start, index, best):
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick (k,) int64 frames of the pool, each the least covered view by the picks so far."""
-    return greedily(problem, k, lambda *seen: Coverage(fitted(*seen)))
+    return greedily(problem, k, lambda *seen: Coverage(fitted(*seen)), GROWTH)
 
 
 METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True, begins=True)

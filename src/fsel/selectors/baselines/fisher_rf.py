@@ -43,7 +43,7 @@ def _information(start, index, square, per_known):
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick (k,) int64 frames of the pool, each the one of largest information gain."""
-    return greedily(problem, k, lambda *seen: Information(fitted(*seen)))
+    return greedily(problem, k, lambda *seen: Information(fitted(*seen, sparse=True)))
 
 
 METHOD = Method(

@@ -17,6 +17,7 @@ from fsel.selectors.baselines.covisibility import grouped
 from fsel.selectors.baselines.greedy import most_central
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
+OPACITY = 0.1  # of sparse points, as Gaussians begin with (Kerbl et al. 2023)
 START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule
 FAINT = np.float32(1e-2)  # of a pixel: splats that fill less of a view are left out
 MANTISSA = 13  # bits of a depth that are dropped to order splats: steps of a thousandth remain
@@ -68,10 +69,19 @@ def reconstructed(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> tuple
     return Splats(picked).fit(np.arange(len(rows))), views
 
 
-def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
-    """Fit splats to some rows of a (V,) pool, and blend them into the views of the whole pool."""
+def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray, *, sparse: bool = False) -> Blends:
+    """Fit splats to some rows of a (V,) pool, and blend them into the views of the whole pool.
+
+    `sparse` adds the capture's points that the pool sees: they lie where no pick looks, too.
+    """
     model, views = reconstructed(capture, pool, rows)
-    splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
+    splats = np.vstack([model.positions.T, model.splats[3]])
+    points = capture.points
+    if sparse and points is not None:
+        shown = np.unique(points.track_point[np.isin(points.track_frame, pool)])
+        faint = np.full((1, len(shown)), OPACITY)
+        splats = np.hstack([splats, np.vstack([points.xyz[shown].T, faint])])
+    splats = splats.astype(np.float32)
     poses = views.world_to_camera.astype(np.float32)
     intrinsics = views.intrinsics.astype(np.float32)
     filled = blend(splats, poses, intrinsics, *views.size)
@@ -79,9 +89,12 @@ def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
 
 
 def greedily(
-    problem: Problem, k: int, criterion: Callable[[Capture, np.ndarray, np.ndarray], Criterion]
+    problem: Problem,
+    k: int,
+    criterion: Callable[[Capture, np.ndarray, np.ndarray], Criterion],
+    growth: float = 1.0,
 ) -> np.ndarray:
-    """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
+    """Pick views one by one; the splats are fitted anew whenever the picks have grown by a share.
 
     Starts with farthest views from the most central camera; or with `Problem.fixed_picks`, and then
     fits after every pick, as FisherRF's protocol does. Only images of picked frames are read. For
@@ -97,7 +110,8 @@ def greedily(
         worth = criterion(capture, pool, np.array(rows))
         for row in rows:
             worth.add(row)
-        for _ in range(min(k - len(rows), 1 if len(given) else len(rows))):
+        more = 1 if len(given) else max(int(growth * len(rows)), 1)
+        for _ in range(min(k - len(rows), more)):
             scores = worth.scores()
             scores[rows] = -np.inf
             rows.append(int(np.argmax(scores)))
