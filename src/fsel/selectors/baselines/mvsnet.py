@@ -11,6 +11,7 @@ from fsel.selectors.baselines.covisibility import score_rows, score_sums, scores
 from fsel.selectors.baselines.greedy import locate
 
 ROUNDING = 1e-4  # relative error of sums in float32, at most
+KEPT = 2**26  # scores that are kept for a second look, 256 MB
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -33,7 +34,17 @@ def facility_location(problem: Problem, k: int, rng: np.random.Generator) -> np.
     pool = problem.observed
     seen = tracks(problem, pool).arrays
     bounds = score_sums(seen) * (1 + ROUNDING)
-    return pool[locate(lambda rows: score_rows(rows, seen), bounds, k)]
+    known: dict[int, np.ndarray] = {}
+
+    def values(rows: np.ndarray) -> np.ndarray:
+        new = [row for row in rows.tolist() if row not in known]
+        if (len(known) + len(new)) * len(pool) > KEPT:
+            known.clear()
+            new = rows.tolist()
+        known.update(zip(new, score_rows(np.array(new, np.int64), seen), strict=True))
+        return np.stack([known[row] for row in rows.tolist()])
+
+    return pool[locate(values, bounds, k)]
 
 
 METHOD = Method(
