@@ -21,7 +21,7 @@ from fsel.captures.images.video import levels
 from fsel.core.capture import Capture
 from fsel.selection.flights import flight
 
-METHODS = {"uniform": "every n-th frame", "fsel": "fsel"}
+METHODS = {"uniform": "uniform sampling", "fsel": "fsel"}
 SCENE = ("tanks_and_temples", 2)  # family and seed of the generated capture
 RATE = 12  # pictures a second
 

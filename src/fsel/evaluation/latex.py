@@ -143,9 +143,10 @@ class _Sheet:
             " ".join(rules),
             f"Selection {' '.join([budgets] * len(datasets))} \\\\",
         ]
+        known = {method for dataset, method, *_ in self.means if dataset in datasets}
         for group in groups:
-            lines.append(r"\midrule")
-            lines += [self.row(datasets, method, title) for method, title in group.items()]
+            rows = [self.row(datasets, m, title) for m, title in group.items() if m in known]
+            lines += [r"\midrule", *rows] if rows else []
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}"])
 
     def row(self, datasets: Mapping[str, str], method: str, title: str) -> str:

@@ -90,7 +90,7 @@ class Quality:
 
 
 QUALITIES = {
-    "draft": Quality(384, 20_000, 1000, 0.04, 0.4e9),
-    "good": Quality(640, 60_000, 3000, 0.12, 0.5e9),
+    "draft": Quality(384, 20_000, 1000, 0.034, 0.4e9),
+    "good": Quality(640, 60_000, 3000, 0.105, 0.5e9),
     "best": Quality(960, 120_000, 6000, 0.28, 0.7e9),
 }
