@@ -1,6 +1,7 @@
 """The library's face: `import fsel` is enough."""
 
 import ast
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -67,6 +68,16 @@ def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
     assert {name: len(of) for name, of in scores.items()} == {"psnr": 4, "ssim": 4, "gmsd": 4}
     model.export_ply(tmp_path / "scene.ply")
     assert (tmp_path / "scene.ply").stat().st_size > 100
+
+
+def test_a_capture_in_memory_outlives_its_files(folder, tmp_path):
+    gone = shutil.copytree(folder, tmp_path / "gone")
+    capture = fsel.read_capture(gone, long_side=64)
+    shutil.rmtree(gone)
+    chosen = fsel.select(capture, 4, method="uniform")
+    assert chosen.indices.tolist() == [0, 8, 15, 23]
+    with pytest.raises(ValueError, match="Hint: fsel"):
+        chosen.export(tmp_path / "out")
 
 
 def test_seeds_matter_to_chance_which_has_no_scores(folder):

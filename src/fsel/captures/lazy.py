@@ -11,6 +11,7 @@ import numpy as np
 
 from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap.undistortion import pinhole_of
+from fsel.captures.images.files import is_there
 from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.captures.poses.agreement import NOT_MEASURED, Agreement
@@ -108,9 +109,10 @@ class LazyCapture:
 
 
 def of_capture(capture: Capture) -> LazyCapture | None:
-    """Return a capture with the files that it was read from; None where it was not."""
-    layout = capture.source.partition(" at ")[0]
-    return None if capture.files is None else LazyCapture(layout, capture.files, capture)
+    """Return a capture with the files that it was read from; None where none is there."""
+    layout, raw = capture.source.partition(" at ")[0], capture.files
+    there = raw is not None and any(map(is_there, raw.images))
+    return LazyCapture(layout, raw, capture) if there else None
 
 
 def open_capture(

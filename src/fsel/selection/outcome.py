@@ -90,7 +90,7 @@ class Selection:
             The folder.
 
         Raises:
-            ValueError: for a capture that has no image files.
+            ValueError: for a capture whose image files are not there.
             FileExistsError: for a folder that is there already.
 
         Example:
@@ -102,7 +102,7 @@ class Selection:
         source = of_capture(self.capture)
         if source is None:
             raise ValueError(
-                f"{self.capture!r}: was not read from image files, which an export needs. "
+                f"{self.capture!r}: has no image files, or no more, which an export needs. "
                 "Hint: fsel.select(folder, ...)"
             )
         subset.check_cameras(source.raw, undistort=False)

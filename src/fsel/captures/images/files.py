@@ -97,6 +97,11 @@ class VideoFrame:
 Image = Path | VideoFrame
 
 
+def is_there(image: Image) -> bool:
+    """Check whether an image's file exists."""
+    return (image.video.path if isinstance(image, VideoFrame) else image).exists()
+
+
 @contextmanager
 def opened(path: Path, content: BinaryIO | None = None) -> Iterator[Photo]:
     """Open an image by Pillow, which reads its header; errors in the block name the file.
