@@ -62,7 +62,7 @@ def test_side_by_side(tmp_path, run):
     sooner = ["--steps", "30", "--gaussians", "500", "--pictures", "3", "--clip", "a.webp"]
     printed = run(example, "--capture", "ring", *fewer, *sooner).splitlines()
     assert printed[0] == "24 frames, 3 held out, 6 to select"
-    assert re.fullmatch(r"every n-th frame: \d+\.\d\d dB, frames \[.*\]", printed[1])
+    assert re.fullmatch(r"uniform sampling: \d+\.\d\d dB, frames \[.*\]", printed[1])
     assert re.fullmatch(r"fsel: \d+\.\d\d dB, frames \[.*\]", printed[2])
     with Image.open(tmp_path / "a.webp") as clip:
         assert (clip.n_frames, clip.size) == (4, (96, 36 + 24))

@@ -53,3 +53,11 @@ def test_what_does_not_fit_is_refused(given, said, made, capsys):
     assert film("orbit", *given) == 1
     assert said in capsys.readouterr().err
     assert not (made / "a.mp4").exists()
+
+
+def test_a_model_without_gaussians_is_not_scored(made, capsys):
+    nothing = np.zeros((0, 3))
+    ply.write_round("red.ply", nothing, nothing, nothing[:, 0], nothing[:, 0])
+    assert film("every:8", "-o", "out") == 1
+    assert "red.ply: contains no Gaussians" in capsys.readouterr().err
+    assert not (made / "out").exists()

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         return
     read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
     with staged(args.out, read, args.force) as stage:
-        model = GaussianModel.read_ply(args.model)
+        model = _model(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
         opened = open_capture.opened(args, console, args.long_side or LONG_SIDE)
         opened = replace(opened, capture=as_written(opened.capture, record))
@@ -62,6 +62,14 @@ def run(args: argparse.Namespace, console: Console) -> None:
     console.text(table)
     console.say("written", f"{args.out}: render.json, render.txt, renders")
     console.give(content)
+
+
+def _model(path: Path) -> GaussianModel:
+    """Read a model; ValueError for one that would render its background alone."""
+    model = GaussianModel.read_ply(path)
+    if not model.primitives:
+        raise ValueError(f"{path}: contains no Gaussians")
+    return model
 
 
 def _rendered(
@@ -107,7 +115,7 @@ def render_video(args: argparse.Namespace, console: Console, record: dict) -> No
     if args.metrics:
         raise ValueError("--metrics scores renderings of frames; allowed only with -o")
     with staged(args.video, [*inputs_of(args), args.model], args.force, folder=False) as stage:
-        model = GaussianModel.read_ply(args.model)
+        model = _model(args.model)
         capture = as_written(open_capture.opened(args, console).capture, record)
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or VIDEO_SIDE
         views = flight(capture, args.targets, count, long_side)

@@ -94,8 +94,8 @@ def read(path: str | Path) -> Cloud:
     """Read a standard `.ply` of Gaussians, binary or text, harmonics to degree three.
 
     Raises:
-        ValueError: naming the file, for what is no such file, has no Gaussians, or values that
-            are not finite or too large for products of theirs to be numbers in float32.
+        ValueError: naming the file, for what is no such file, or values that are not finite or
+            too large for products of theirs to be numbers in float32.
     """
     if Path(path).exists() and not Path(path).is_file():
         raise ValueError(f"{path}: no .ply file: not a regular file")
@@ -107,8 +107,6 @@ def read(path: str | Path) -> Cloud:
     if "vertex" not in data:
         raise ValueError(f"{path}: no element 'vertex'")
     vertices = data["vertex"].data
-    if not len(vertices):
-        raise ValueError(f"{path}: contains no Gaussians")
     names = vertices.dtype.names
     rests = sum(name.startswith("f_rest_") for name in names)
     needed = (*POSITION, *CONSTANT, *_rest_names(rests), "opacity", *SCALE, *TURN)

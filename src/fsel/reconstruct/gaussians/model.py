@@ -88,7 +88,7 @@ class GaussianModel(Fitted):
         """
         cloud = ply.read(path)
         table = np.empty((len(cloud.xyz), width_of(cloud.degree)), np.float32)
-        origin = cloud.xyz.mean(axis=0)
+        origin = cloud.xyz.mean(axis=0) if len(cloud.xyz) else np.zeros(3)
         table[:, MEAN] = cloud.xyz - origin
         table[:, SCALE], table[:, TURN] = cloud.log_scale, cloud.turn
         table[:, LOGIT] = cloud.logit
