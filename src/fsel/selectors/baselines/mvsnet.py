@@ -11,7 +11,7 @@ from fsel.selectors.baselines.covisibility import score_rows, score_sums, scores
 from fsel.selectors.baselines.greedy import locate
 
 ROUNDING = 1e-4  # relative error of sums in float32, at most
-KEPT = 2**26  # scores that are kept for a second look, 256 MB
+KEPT = 2**27  # scores that are kept for a second look, 512 MB: those of 10,000 frames
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
