@@ -23,6 +23,7 @@ from fsel.selection.export import placing, subset
         (["--targets", "names.txt"], ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (["--method", "best"], ["'best'", "allowed: fsel"]),
         (["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
+        (["--views"], ["--views", "panoramas"]),
     ],
 )
 def test_bad_input_is_refused_in_one_line(asked, said, capture, tmp_path, monkeypatch, capsys):

@@ -65,7 +65,7 @@ def test_a_capture_alone_shows_its_points_and_many_photos_smaller(made, monkeypa
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["gone"], "gone: "),
+        (["gone"], "gone: does not exist"),
         (["ring", "ring"], "a second capture"),
         (["model.ply", "-o", "page.txt"], "page.txt: a page must be an .html file"),
         (["broken"], "selection.json: is not a record of fsel select"),

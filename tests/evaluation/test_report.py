@@ -181,6 +181,7 @@ def test_blocks_have_two_datasets_and_a_page_three_blocks():
     assert forms == ["lcc|cc"] * 3 + ["lcc"]
     rows = [line.count("&") for line in text.splitlines() if line.startswith("Random")]
     assert rows == [4, 4, 4, 2]
+    assert (text.count(r"\midrule"), text.count("Ours"), text.count("All frames")) == (4, 0, 0)
     first, second = text.split(r"\begin{table*}")[1:]
     assert (first.count(r"\toprule"), second.count(r"\toprule")) == (3, 1)
     assert (text.count(r"\label{"), text.count("continued")) == (1, 1)

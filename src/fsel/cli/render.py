@@ -20,6 +20,7 @@ from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.files import json_text
 from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
+from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.selection.flights import flight
 from fsel.selection.targets import Targets, check_targets, targets_of
@@ -65,10 +66,9 @@ def run(args: argparse.Namespace, console: Console) -> None:
 
 
 def _model(path: Path) -> GaussianModel:
-    """Read a model; ValueError for one that would render its background alone."""
+    """Read a model to be rendered."""
     model = GaussianModel.read_ply(path)
-    if not model.primitives:
-        raise ValueError(f"{path}: contains no Gaussians")
+    ply.check_filled(path, model.primitives)
     return model
 
 

@@ -79,8 +79,7 @@ def _scene(
     cloud = None
     if "model" in sources:
         cloud = ply.read(sources["model"])
-        if not len(cloud.xyz):
-            raise ValueError(f"{sources['model']}: contains no Gaussians")
+        ply.check_filled(sources["model"], len(cloud.xyz))
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if "capture" not in sources:
         return viewer.scene(None, [], cloud, url=url), cloud

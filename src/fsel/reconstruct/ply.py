@@ -90,6 +90,12 @@ def write_round(
     write(path, cloud)
 
 
+def check_filled(path: str | Path, gaussians: int) -> None:
+    """Refuse a model of no Gaussians, of which a picture shows the background alone."""
+    if not gaussians:
+        raise ValueError(f"{path}: contains no Gaussians")
+
+
 def read(path: str | Path) -> Cloud:
     """Read a standard `.ply` of Gaussians, binary or text, harmonics to degree three.
 

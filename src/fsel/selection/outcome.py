@@ -102,8 +102,7 @@ class Selection:
         source = of_capture(self.capture)
         if source is None:
             raise ValueError(
-                f"{self.capture!r}: has no image files, or no more, which an export needs. "
-                "Hint: fsel.select(folder, ...)"
+                f"{self.capture!r}: has no image files to export. Hint: fsel.select(folder, ...)"
             )
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)

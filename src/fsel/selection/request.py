@@ -111,7 +111,7 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
     targets = targets.wished(capture, request.always, request.never)
     number = panorama_of(capture)
     if request.views and number is None:
-        raise ValueError(f"{capture.source}: --views is for panoramas, of which it has none")
+        raise ValueError(f"{capture.source}: views (--views) are of panoramas; it has none")
     number = None if request.views else number
     if number is not None and (request.cover or not isinstance(k, int)):
         raise ValueError(

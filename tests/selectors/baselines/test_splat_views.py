@@ -244,13 +244,22 @@ class Lowest:
         self.rows.append(row)
 
 
+def kept(made, criterion=lambda *seen: Lowest(fitted(*seen))):
+    """The maker of a criterion, which adds each one that it makes to a list."""
+
+    def make(*seen):
+        made.append(criterion(*seen))
+        return made[-1]
+
+    return make
+
+
 @pytest.mark.parametrize(
     ("growth", "counts"), [(1.0, [8, 16, 20]), (0.25, [5, 6, 7, 8, 10, 12, 15, 18, 20])]
 )
 def test_fits_are_made_anew_whenever_the_picks_have_grown(growth, counts):
     problem, made = random_problem(40), []
-    noted = lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1]  # noqa: E731
-    picks = greedily(problem, 20, noted, growth)
+    picks = greedily(problem, 20, kept(made), growth)
     rows = np.searchsorted(problem.observed, picks).tolist()
     assert [one.rows for one in made] == [rows[:count] for count in counts]
     free = [row for row in range(len(problem.observed)) if row not in rows[:START]]
@@ -260,11 +269,11 @@ def test_fits_are_made_anew_whenever_the_picks_have_grown(growth, counts):
 def test_splats_lie_where_the_views_look(filmed):
     """Fitted splats and the views that they are blended into share one frame."""
     made = []
-    greedily(filmed, START + 1, lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1])
+    greedily(filmed, START + 1, kept(made))
     blends = made[0].blends
     assert blends.covered[made[0].rows[:START]].min() > 0.6 * np.prod(blends.size)
     begun = replace(filmed, fixed_picks=filmed.observed[:2])
-    greedily(begun, 4, lambda *seen: made.append(Lowest(fitted(*seen))) or made[-1])
+    greedily(begun, 4, kept(made))
     assert [one.rows for one in made[1:]] == [[0, 1, 2], [0, 1, 2, 3]]  # a fit after every pick
 
 
@@ -292,7 +301,7 @@ def test_sparse_points_tell_of_views_where_no_pick_looks(filmed):
 
 def test_a_view_is_explained_by_its_own_rendering(filmed):
     made = []
-    greedily(filmed, START + 1, lambda *seen: made.append(Inconsistency(*seen)) or made[-1])
+    greedily(filmed, START + 1, kept(made, Inconsistency))
     one, row = made[0], 7
     before = one.scores()
     assert before[row] > 1

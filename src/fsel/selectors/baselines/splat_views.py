@@ -78,7 +78,7 @@ def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray, *, sparse: bool
     splats = np.vstack([model.positions.T, model.splats[3]])
     points = capture.points
     if sparse and points is not None:
-        shown = np.unique(points.track_point[np.isin(points.track_frame, pool)])
+        shown = np.unique(points.seen_from(pool, len(capture)).track_point)
         faint = np.full((1, len(shown)), OPACITY)
         splats = np.hstack([splats, np.vstack([points.xyz[shown].T, faint])])
     splats = splats.astype(np.float32)
