@@ -1,11 +1,12 @@
 """Seconds by threads of what a person waits for; writes docs/results/threads.md.
 
-    python benchmarks/threads.py [--repeats 64]
+    python benchmarks/threads.py [--repeats 8]
     FSEL_THREADS=2 python benchmarks/threads.py --poses CAPTURE... [--every 2]
 
-One and two threads take turns in one process, and the least seconds of the repeats count, since
-others may use the machine. A further figure leaves them out: the processor's seconds until the last
-thread would end, if ranges were run one after the other and each given to the first thread free.
+One and two threads take turns in one process, of some steps of `gaussians` each, and the least
+seconds of the repeats count, since others may use the machine. A further figure leaves them out:
+the processor's seconds until the last thread would end, if ranges were run one after the other and
+each given to the first thread free.
 `--poses` prints what COLMAP's mappers place of some frames, and how much a second run differs.
 """
 
@@ -40,7 +41,11 @@ from fsel.reconstruct.splats import Splats, consistency, reconstructor
 from fsel.selection.halving import small_fits
 
 PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
-SIZES = ((128, 6000, 30), (384, 20_000, 20), (640, 60_000, 12))  # pixels, Gaussians, frames
+SIZES = (  # pixels, Gaussians, frames, steps of a turn
+    (128, 6000, 30, 128),
+    (384, 20_000, 20, 16),
+    (640, 60_000, 12, 8),
+)
 WITHIN = 0.02  # of the extent of the cameras
 SHARED, COUNTS = (losses, optimiser, render, reconstructor, consistency, field, grid), (1, 2, 4, 8)
 HEAD = """# Seconds by threads
@@ -57,20 +62,22 @@ takes of a step, at the {rate:.1f} GB/s that a thread copies.
 
 
 def cases():
-    """Yield names, a function of no arguments for each number of threads, and bytes of a step."""
+    """Yield names, a function of no arguments for each number of threads, its steps, and bytes
+    of a step."""
     capture, even = generated("mipnerf360", 0, 128, 40), np.arange(0, 40, 2)
-    yield "`splats`, 20 frames, 128 px", [lambda: Splats(capture).fit(even).splats] * len(COUNTS), 0
+    splats = [lambda: Splats(capture).fit(even).splats] * len(COUNTS)
+    yield "`splats`, 20 frames, 128 px", splats, 1, 0
     quick = RadianceField(capture, sides=(40, 80), steps=(30, 30))
-    yield "`radiance_field`, the same", [lambda: quick.fit(even).grid.color] * len(COUNTS), 0
+    yield "`radiance_field`, the same", [lambda: quick.fit(even).grid.color] * len(COUNTS), 1, 0
     score = small_fits(capture, even + 1, {"even": even})
     trials = [lambda: [*side_by_side(lambda seed: score(even, seed), range(4))]]
-    yield "4 trials of `fsel select`", trials * len(COUNTS), 0
-    for width, budget, frames in SIZES:
+    yield "4 trials of `fsel select`", trials * len(COUNTS), 1, 0
+    for width, budget, frames, steps in SIZES:
         bound = Gaussians(generated("mipnerf360", 0, width, frames), gaussians=budget)
         start, table = bound._start(bound.capture), "step of `gaussians`, {} px, {:,}"
         made = [Training(bound.capture, start, bound.settings) for _ in COUNTS]
-        works = [lambda t=t: (t.step(9), t.table)[1] for t in made]
-        yield table.format(width, budget), works, 4 * 2 * made[0].table.nbytes
+        works = [lambda t=t, n=steps: ([t.step(9) for _ in range(n)], t.table)[1] for t in made]
+        yield table.format(width, budget), works, steps, 4 * 2 * made[0].table.nbytes
 
 
 def most_held(case: int, count: int) -> str:
@@ -137,7 +144,7 @@ def apart_by(found: dict[str, np.ndarray], truth: dict[str, np.ndarray]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--repeats", type=int, default=64, help="of steps; an eighth of the rest")
+    parser.add_argument("--repeats", type=int, default=8, help="of all cases")
     parser.add_argument("--memory", type=int, help="a case, whose MB are printed")
     parser.add_argument("--poses", type=Path, nargs="+", default=[], help="captures on disk")
     parser.add_argument("--every", type=int, default=1, help="frames of them, one in so many")
@@ -155,9 +162,9 @@ def main() -> None:
     copying = min(timeit.repeat(lambda: np.copyto(one, other), number=1, repeat=8))
     rate, load = 2 * one.nbytes / copying, os.getloadavg()[0]
     page = HEAD.format(cores=os.cpu_count(), load=load, rate=rate / 1e9)
-    for case, (name, works, moved) in enumerate(cases()):
-        wall, alone, same = np.full(2, np.inf), np.full((4, 2), np.inf), True
-        for _ in range(max(arguments.repeats // (1 if "step" in name else 8), 2)):
+    for case, (name, works, steps, moved) in enumerate(cases()):
+        wall, alone, same = np.full(2, np.inf), np.full((4, 2), 1e9), True
+        for _ in range(arguments.repeats):
             found = []
             for i, (count, work) in enumerate(zip(COUNTS, works, strict=True)):
                 fsel.set_threads(count)
@@ -168,7 +175,7 @@ def main() -> None:
                 if "trials" not in name:
                     alone[i] = np.minimum(alone[i], by_ranges(work, count))
             same = same and len(set(found)) == 1
-        whole, serial = alone[0]
+        wall, (whole, serial) = wall / steps, alone[0]
         faster = whole / np.append(alone[1:, 0], serial + (whole - serial) / 8)
         memory = " / ".join(most_held(case, count) for count in (1, 2, 8))
         page += f"| {name} | {wall[0]:.4f} / {wall[1]:.4f} | {wall[0] / wall[1]:.2f} | "

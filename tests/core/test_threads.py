@@ -2,6 +2,8 @@
 
 import math
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -89,6 +91,22 @@ def test_an_error_of_a_thread_is_raised():
     with pytest.raises(ZeroDivisionError):
         spread(lambda a, b: 1 // (11 - b), ranges(12, 1))
     assert len(ranges(100, 1)) == 12
+
+
+def test_callers_on_several_threads_share_the_helpers():
+    fsel.set_threads(3)
+    parts = [(i, i + 1) for i in range(7)]
+
+    def call(number):
+        for turn in range(100):
+            time.sleep(0.0005 * (turn % 3))  # helpers wait, or sleep already
+            assert spread(lambda a, b: number * a, parts) == [number * i for i in range(7)]
+            with pytest.raises(ZeroDivisionError):
+                spread(lambda a, b: 1 // (a - 3), parts)
+        return number
+
+    with ThreadPoolExecutor(4) as callers:
+        assert [*callers.map(call, range(4))] == [0, 1, 2, 3]
 
 
 def test_ranges_that_are_ready_in_any_order_are_taken_in_theirs():

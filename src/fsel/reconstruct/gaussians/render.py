@@ -9,7 +9,7 @@ import numpy as np
 from fsel.core.threads import InOrder, ranges, spread
 from fsel.reconstruct.gaussians import gradients, projection, rasterize, tiles
 
-FEWEST, FEWEST_TILES = 1024, 8  # Gaussians, tiles of a range
+FEWEST, FEWEST_LINES, FEWEST_TILES = 1024, 3, 16  # Gaussians, rows of tiles, tiles of a range
 BANDS, PARTS = 6, 12  # of a thread: ranges of rows of tiles, and of tiles, which take unequal times
 NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not drawn
 
@@ -51,7 +51,7 @@ class Canvas:
             rasterize.composite(self.rows, *made, *out, top * across)
             return made
 
-        self.tiles = tiles.joined(spread(band, ranges(down, 1, BANDS)))
+        self.tiles = tiles.joined(spread(band, ranges(down, FEWEST_LINES, BANDS)))
         return self.source
 
     def _project(self, table, degree, factor, camera) -> None:
@@ -64,14 +64,14 @@ class Canvas:
             place = np.arange(first, first + count, dtype=np.int32)
             return depth[:count], place, self._source[place] + np.int32(first)
 
-        made = spread(project, ranges(len(table), FEWEST))
+        made = spread(project, ranges(len(table), FEWEST, 1))
         depth, place, self.source = (np.concatenate(parts) for parts in zip(*made, strict=True))
         self.rows = np.empty((len(depth), projection.COLUMNS), self._rows.dtype)
         self.rank = np.empty(len(depth), np.int32)
         self._lines = np.empty((len(depth), 2), np.int16)
         given = tiles.by_depth(depth), place, self._rows, self.height
         arrange = partial(tiles.arrange, *given, self.rows, self.rank, self._lines)
-        spread(arrange, ranges(len(depth), FEWEST))
+        spread(arrange, ranges(len(depth), FEWEST, 1))
 
     def backward(self, table, degree, camera, gradient, grad, update=None) -> None:
         """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it, then
@@ -100,4 +100,4 @@ class Canvas:
             if update is not None:
                 update(first, last)
 
-        spread(parameters, ranges(len(sums), FEWEST))
+        spread(parameters, ranges(len(sums), FEWEST, 1))

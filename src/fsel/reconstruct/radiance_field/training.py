@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ BENDS = 1.0, 0.1  # differences of density and of colour from which variation co
 BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment
 FEWEST_RAYS, BLOCK = 128, 4096  # of a range; rays whose samples are kept at once
+THINNED = 64  # one sample of so many says where the ranges of vertices are cut
 
 Progress = Callable[[int, int, float], None]
 
@@ -116,7 +118,7 @@ class _Optimiser:
         for at in range(0, len(drawn), BLOCK):
             block = drawn[at : at + BLOCK], late[at : at + BLOCK], len(drawn)
             traced = spread(partial(self._trace, *block), ranges(len(block[0]), FEWEST_RAYS))
-            spread(partial(self._add_up, traced), vertices)
+            spread(partial(self._add_up, traced), self._shared(traced))
             errors += [error for _, error, _ in traced]
         spread(self._vary, vertices)
         spread(partial(self._descend, turn, decay), vertices)
@@ -132,6 +134,15 @@ class _Optimiser:
         field = grid.shape, grid.field, grid.harmonics, pixels.background, self.least
         record = self.records[first, last]
         return record, *passes.loss_and_gradient(*given, *field, total, record)
+
+    def _shared(self, traced) -> list[tuple[int, int]]:
+        """Return a range of vertices for every thread, with about as many samples each."""
+        parts = len(ranges(len(self.rows), FEWEST, 1))
+        if parts == 1:
+            return [(0, len(self.rows))]
+        lowest = [record[0][: ends[-1] : THINNED, 0] for record, _, ends in traced]
+        within = np.quantile(np.concatenate(lowest), np.arange(1, parts) / parts)
+        return list(pairwise([0, *within.astype(int).tolist(), len(self.rows)]))
 
     def _add_up(self, traced, first: int, last: int) -> None:
         for record, _, ends in traced:
