@@ -80,7 +80,9 @@ def test_views_show_what_cameras_there_would_see(world, placed, capsys):
     write_video(placed / "flat.avi", [world[1][0][:, :192]] * 5)
     assert run("poses", "around", "flat.avi", "-o", "no") == 1
     assert run("poses", "around", "--by", "true", "-o", "no") == 1
+    assert run("select", "flat.avi", "-k", "2", "--views", "-o", "no") == 1
     said = capsys.readouterr().err
+    assert "flat.avi: views (--views)" in said
     assert "panoramas (2:1) and other images" in said
     assert "--by" in said
 

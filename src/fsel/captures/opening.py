@@ -58,6 +58,7 @@ class Opening:
     max_error: float = MAX_ERROR
     skip_unreadable: bool = False
     wanted: int = 0  # the most frames that are to be picked; 0 where no number is stated
+    views: bool = False  # whether views of panoramas are picked one by one
 
 
 def opened(
@@ -238,6 +239,8 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     sources = [looked_at(Source(*one)) for one in zip(paths, names, photos, strict=True)]
     if len({source.panoramic for source in sources}) > 1:
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
+    if opening.views and not sources[0].panoramic:
+        raise ValueError(f"{paths[0]}: views (--views) are of panoramas (2:1); it is none")
     if sources[0].panoramic and opening.by:
         raise ValueError(f"{paths[0]}: is a 360-degree panorama, which --by does not support")
     for path in (source.path for source in sources if source.filmed and video.is_hdr(source.path)):

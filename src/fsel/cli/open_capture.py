@@ -25,14 +25,15 @@ READ = ("capture", "masks", "pose_masks", "frames", "targets", "weights", "alway
 
 def opening_of(args: argparse.Namespace) -> Opening:
     """Return what a command line says of opening its capture."""
-    k = getattr(args, "k", None)
+    k, views = getattr(args, "k", None), getattr(args, "views", False)
     numbers = [n for n in (k if isinstance(k, list) else [k]) if isinstance(n, int)]
     stated: dict[str, Any] = {n: getattr(args, n, usual) for n, usual in OPENING.items()}
     return Opening(
         paths=(args.capture, *args.beside),
         by=tuple(args.by or ()),
         mask_by=tuple(args.mask_by or ()),
-        wanted=0 if getattr(args, "views", False) else max(numbers, default=0),
+        wanted=0 if views else max(numbers, default=0),
+        views=views,
         **stated,
     )
 

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import suppress
-from functools import cache
 from itertools import count, pairwise
 from threading import Event, Lock, local
 from typing import Any
@@ -16,6 +15,7 @@ import numpy as np
 from fsel.core.compiled import plain
 from fsel.core.limits import threads
 
+MOST = 1024  # helpers; they start when there is work for one more
 LOOKS = 500_000  # at a flag before a thread sleeps: a third of a millisecond
 
 # share: how many threads this one may start, if unset all; ended: nobody waits for its work
@@ -48,13 +48,12 @@ def spread(work: Callable[[int, int], Any], parts: Sequence[tuple[int, int]]) ->
         finally:
             _here.share = own
 
-    helpers = _helpers(threads())
     jobs = [_Job(drain) for _ in range(min(_share(), len(parts)) - 1)]
-    helpers.begin(jobs)
+    _HELPERS.begin(jobs)
     try:
         drain()
     finally:
-        helpers.end(jobs)
+        _HELPERS.end(jobs)
     return results
 
 
@@ -125,8 +124,8 @@ class _Helpers:
     """Threads that make calls, and look out for the next for a moment before they sleep: to wake
     one takes as long as a range of a small image."""
 
-    def __init__(self, most: int) -> None:
-        self._pool, self._jobs = ThreadPoolExecutor(most, "fsel"), deque[_Job]()
+    def __init__(self) -> None:
+        self._pool, self._jobs = ThreadPoolExecutor(MOST, "fsel"), deque[_Job]()
         self._given, self._looking, self._turn = np.zeros(1, np.int64), 0, Lock()
 
     def begin(self, jobs: Sequence[_Job]) -> None:
@@ -185,6 +184,4 @@ def _say_and_look(ended: np.ndarray, flag: np.ndarray, value: int, looks: np.nda
     _look(flag, value, looks)
 
 
-@cache
-def _helpers(workers: int) -> _Helpers:
-    return _Helpers(max(workers - 1, 1))
+_HELPERS = _Helpers()

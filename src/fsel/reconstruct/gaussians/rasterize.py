@@ -147,13 +147,14 @@ def _add(state, at, rows, i, left, top):
 
 
 @reordered
-def backward(rows, starts, members, image, slope, sums, apart, first, last):
+def backward(rows, starts, members, image, slope, ends, sums, apart, first, last):
     """Carry the gradient of tiles `first` to `last` back to the Gaussians, summed over pixels.
 
     Args:
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
         slope: (3, h, w) gradient with respect to it.
+        ends: (tiles,) int64, filled: where the `members` end that any pixel of a tile shows.
         sums: (v, SUMS) zeros, filled: see `gradients.backward`.
         apart: whether `sums` has a row for each of `members` instead, which `add_up` adds up.
     """
@@ -173,30 +174,33 @@ def backward(rows, starts, members, image, slope, sums, apart, first, last):
                     state[(2 + c) * PIXELS + p] = gradient
                     behind += gradient * image[c, top + y, left + x]
                 state[PIXELS + p] = behind
+        ends[t] = starts[t + 1]
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
+                ends[t] = n
                 break
-            _add_back(state, at, rows, members[n], left, top, sums, n if apart else members[n])
+            _add_back(state, at, rows, members[n], left, top, sums, n if apart else members[n], apart)
 
 
 @exact
-def add_up(starts, members, parts, sums, first, last):
+def add_up(starts, members, ends, parts, sums, first, last):
     """Add the parts of tiles `first` to `last`, tile by tile, to the Gaussians' rows of `sums`."""
-    for n in range(starts[first], starts[last]):
-        i = members[n]
-        for k in range(SUMS):
-            sums[i, k] += parts[n, k]
+    for t in range(first, last):
+        for n in range(starts[t], ends[t]):
+            i = members[n]
+            for k in range(SUMS):
+                sums[i, k] += parts[n, k]
 
 
 @exact
-def _accumulate(out, row, values):
-    """Add to a row; as `exact`, each sum over a tile is complete before it is added."""
+def _accumulate(out, row, values, alone):
+    """Add to a row, or fill it; as `exact`, each sum over a tile is complete before it is added."""
     for k in range(len(values)):
-        out[row, k] += values[k]
+        out[row, k] = values[k] if alone else out[row, k] + values[k]
 
 
 @reordered
-def _add_back(state, at, rows, i, left, top, out, row):
+def _add_back(state, at, rows, i, left, top, out, row, alone):
     """Add the gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
@@ -231,4 +235,4 @@ def _add_back(state, at, rows, i, left, top, out, row):
         s6 += moved * dx * dx
         s7 += moved * dx * dy
         s8 += moved * dy * dy
-    _accumulate(out, row, (s0, s1, s2, s3, s4, s5, s6, s7, s8))
+    _accumulate(out, row, (s0, s1, s2, s3, s4, s5, s6, s7, s8), alone)

@@ -76,17 +76,16 @@ class Canvas:
     def backward(self, table, degree, camera, gradient, grad, update=None) -> None:
         """Add the last drawing's gradients of the parameters to `grad`, from (3, h, w) of it, then
         call `update(first, last)`, if any, for ranges of the Gaussians seen."""
-        (starts, members), shape = self.tiles, (len(self.rows), rasterize.SUMS)
-        sums, given = np.zeros(shape, table.dtype), (self.rows, *self.tiles, self.image, gradient)
-        parts = ranges(len(starts) - 1, FEWEST_TILES, PARTS)
+        (_, members), ends = self.tiles, np.empty(len(self.tiles[0]) - 1, np.int64)
+        sums = np.zeros((len(self.rows), rasterize.SUMS), table.dtype)
+        given = self.rows, *self.tiles, self.image, gradient, ends
+        parts = ranges(len(ends), FEWEST_TILES, PARTS)
         apart = len(parts) > 1
         if apart and len(self._parts) < len(members):
             self._parts = np.empty((len(members), rasterize.SUMS), table.dtype)
-        add_up = InOrder(partial(rasterize.add_up, *self.tiles, self._parts, sums))
+        add_up = InOrder(partial(rasterize.add_up, *self.tiles, ends, self._parts, sums))
 
         def tiled(first: int, last: int) -> None:
-            if apart:
-                self._parts[starts[first] : starts[last]] = 0
             out = self._parts if apart else sums
             rasterize.backward(*given, out, apart, first, last)
             if apart:  # sums are added in the order of the tiles, as on one thread
