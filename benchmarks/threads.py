@@ -3,10 +3,10 @@
     python benchmarks/threads.py [--repeats 8]
     FSEL_THREADS=2 python benchmarks/threads.py --poses CAPTURE... [--every 2]
 
-One and two threads take turns in one process, of some steps of `gaussians` each, and the least
-seconds of the repeats count, since others may use the machine. A further figure leaves them out:
-the processor's seconds until the last thread would end, if ranges were run one after the other and
-each given to the first thread free.
+One and two threads take turns in one process, of some steps of `gaussians` each; the medians of
+seconds and of their ratios count. A further figure leaves out who else uses the machine: the
+processor's seconds until the last thread would end, if ranges were run one after the other and each
+given to the first thread free; of these the least of the repeats.
 `--poses` prints what COLMAP's mappers place of some frames, and how much a second run differs.
 """
 
@@ -158,29 +158,28 @@ def main() -> None:
         works[0]()
         print(peak.bytes >> 20)
         return
-    one, other = np.ones((2, 1 << 25))
-    copying = min(timeit.repeat(lambda: np.copyto(one, other), number=1, repeat=8))
-    rate, load = 2 * one.nbytes / copying, os.getloadavg()[0]
+    source, target = np.ones((2, 1 << 25))
+    copying = min(timeit.repeat(lambda: np.copyto(target, source), number=1, repeat=8))
+    rate, load = 2 * source.nbytes / copying, os.getloadavg()[0]
     page = HEAD.format(cores=os.cpu_count(), load=load, rate=rate / 1e9)
     for case, (name, works, steps, moved) in enumerate(cases()):
-        wall, alone, same = np.full(2, np.inf), np.full((4, 2), 1e9), True
-        for _ in range(arguments.repeats):
+        wall, alone, same = np.empty((arguments.repeats, 4)), np.full((4, 2), 1e9), True
+        for turn in range(arguments.repeats):
             found = []
             for i, (count, work) in enumerate(zip(COUNTS, works, strict=True)):
                 fsel.set_threads(count)
                 start = time.perf_counter()
                 found.append(np.asarray(work()).tobytes())
-                if i < 2:
-                    wall[i] = min(wall[i], time.perf_counter() - start)
+                wall[turn, i] = (time.perf_counter() - start) / steps
                 if "trials" not in name:
                     alone[i] = np.minimum(alone[i], by_ranges(work, count))
             same = same and len(set(found)) == 1
-        wall, (whole, serial) = wall / steps, alone[0]
+        (one, two), (whole, serial) = np.median(wall[:, :2], axis=0), alone[0]
         faster = whole / np.append(alone[1:, 0], serial + (whole - serial) / 8)
         memory = " / ".join(most_held(case, count) for count in (1, 2, 8))
-        page += f"| {name} | {wall[0]:.4f} / {wall[1]:.4f} | {wall[0] / wall[1]:.2f} | "
+        page += f"| {name} | {one:.4f} / {two:.4f} | {np.median(wall[:, 0] / wall[:, 1]):.2f} | "
         page += " / ".join(f"{times:.2f}" for times in faster if "trials" not in name)
-        page += f" | {memory} | {moved / rate / wall[0]:.0%} | {'yes' if same else 'no'} |\n"
+        page += f" | {memory} | {moved / rate / one:.0%} | {'yes' if same else 'no'} |\n"
         print(page.splitlines()[-1], flush=True)
         PAGE.write_text(page, encoding="utf-8")
 

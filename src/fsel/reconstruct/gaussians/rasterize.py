@@ -179,7 +179,8 @@ def backward(rows, starts, members, image, slope, ends, sums, apart, first, last
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 ends[t] = n
                 break
-            _add_back(state, at, rows, members[n], left, top, sums, n if apart else members[n], apart)
+            row = n if apart else members[n]
+            _add_back(state, at, rows, members[n], left, top, sums, row, apart)
 
 
 @exact
