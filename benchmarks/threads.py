@@ -67,7 +67,7 @@ def cases():
     capture, even = generated("mipnerf360", 0, 128, 40), np.arange(0, 40, 2)
     splats = [lambda: Splats(capture).fit(even).splats] * len(COUNTS)
     yield "`splats`, 20 frames, 128 px", splats, 1, 0
-    quick = RadianceField(capture, sides=(40, 80), steps=(30, 30))
+    quick = RadianceField(capture, sides=(40, 80), steps=(60, 60))
     yield "`radiance_field`, the same", [lambda: quick.fit(even).grid.color] * len(COUNTS), 1, 0
     score = small_fits(capture, even + 1, {"even": even})
     trials = [lambda: [*side_by_side(lambda seed: score(even, seed), range(4))]]
