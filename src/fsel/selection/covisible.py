@@ -8,15 +8,19 @@ that helps.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fsel.core.compiled import plain
 from fsel.core.problem import Problem
+from fsel.core.threads import ranges, spread
 from fsel.selectors.baselines.covisibility import Tracks, tracks
 
 FOLD = np.radians(15)  # between directions to a point: a pick's worth falls to 1/e over it
 SECOND = 0.3  # share of the second best pick
 PAIRS = 4_000_000  # of observations of one point, at most: 32 MB
+FEWEST = 16  # rows of a range
 ROUNDS = 4  # over all picks, each of which may be exchanged
 RISE = 1e-6  # share by which an exchange must raise the value: sums are not more exact
 
@@ -113,43 +117,53 @@ def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
 
 
 @plain
-def _best(
-    picked: np.ndarray, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray
-) -> tuple[int, float]:
-    """The free row that adds most, and how much; the lowest of equals."""
-    most, best = -1.0, -1
-    for r in range(len(picked)):
-        if not picked[r]:
-            gain = _gain(r, pairs, weight, first, second)
-            if gain > most:
-                most, best = gain, r
-    return best, most
+def _gains(
+    picked: np.ndarray,
+    pairs: Pairs,
+    weight: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    gains: np.ndarray,
+    low: int,
+    high: int,
+) -> None:
+    """Fill what the rows `low` to `high` add, less than nothing where they are picked."""
+    for r in range(low, high):
+        gains[r] = -1.0 if picked[r] else _gain(r, pairs, weight, first, second)
 
 
 @plain
+def _others(picks: np.ndarray, i: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
+    """Note the values of every observation by all picks but one."""
+    first[:] = 0
+    second[:] = 0
+    for j in range(len(picks)):
+        if j != i:
+            _add(picks[j], pairs, first, second)
+
+
 def _exchanged(
     pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
 ) -> np.ndarray:
     """(k,) rows: the greedy ones, each exchanged for a better free one as long as there is any."""
-    count, picks = len(weight), np.empty(k, np.int64)
-    first, second = np.zeros(count, np.float32), np.zeros(count, np.float32)
+    picks, gains = np.empty(k, np.int64), np.empty(len(picked))
+    first, second = np.zeros((2, len(weight)), np.float32)
+    fill = partial(_gains, picked, pairs, weight, first, second, gains)
     for i in range(k):
-        picks[i], _ = _best(picked, pairs, weight, first, second)
+        spread(fill, ranges(len(gains), FEWEST))
+        picks[i] = gains.argmax()
         picked[picks[i]] = True
         _add(picks[i], pairs, first, second)
     for _ in range(rounds):
-        changed = False
+        before = picks.copy()
         for i in range(k):
-            first[:] = 0
-            second[:] = 0
-            for j in range(k):
-                if j != i:
-                    _add(picks[j], pairs, first, second)
+            _others(picks, i, pairs, first, second)
             own = _gain(picks[i], pairs, weight, first, second)
-            best, most = _best(picked, pairs, weight, first, second)
-            if best >= 0 and most > own * (1 + RISE):
+            spread(fill, ranges(len(gains), FEWEST))
+            best = int(gains.argmax())
+            if gains[best] > own * (1 + RISE) and gains[best] >= 0:
                 picked[picks[i]], picked[best] = False, True
-                picks[i], changed = best, True
-        if not changed:
+                picks[i] = best
+        if (picks == before).all():
             break
     return picks
