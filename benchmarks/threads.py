@@ -1,6 +1,6 @@
 """Seconds by threads of what a person waits for; writes docs/results/threads.md.
 
-    python benchmarks/threads.py [--repeats 8]
+    python benchmarks/threads.py [--repeats 6]
     FSEL_THREADS=2 python benchmarks/threads.py --poses CAPTURE... [--every 2]
 
 One and two threads take turns in one process, of some steps of `gaussians` each; the medians of
@@ -144,7 +144,7 @@ def apart_by(found: dict[str, np.ndarray], truth: dict[str, np.ndarray]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--repeats", type=int, default=8, help="of all cases")
+    parser.add_argument("--repeats", type=int, default=6, help="of all cases")
     parser.add_argument("--memory", type=int, help="a case, whose MB are printed")
     parser.add_argument("--poses", type=Path, nargs="+", default=[], help="captures on disk")
     parser.add_argument("--every", type=int, default=1, help="frames of them, one in so many")
