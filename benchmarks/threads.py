@@ -43,8 +43,8 @@ from fsel.selection.halving import small_fits
 PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
 SIZES = (  # pixels, Gaussians, frames, steps of a turn
     (128, 6000, 30, 128),
-    (384, 20_000, 20, 16),
-    (640, 60_000, 12, 8),
+    (384, 20_000, 20, 32),
+    (640, 60_000, 12, 16),
 )
 WITHIN = 0.02  # of the extent of the cameras
 SHARED, COUNTS = (losses, optimiser, render, reconstructor, consistency, field, grid), (1, 2, 4, 8)
@@ -169,8 +169,9 @@ def main() -> None:
             for i, (count, work) in enumerate(zip(COUNTS, works, strict=True)):
                 fsel.set_threads(count)
                 start = time.perf_counter()
-                found.append(np.asarray(work()).tobytes())
+                made = work()
                 wall[turn, i] = (time.perf_counter() - start) / steps
+                found.append(np.asarray(made).tobytes())
                 if "trials" not in name:
                     alone[i] = np.minimum(alone[i], by_ranges(work, count))
             same = same and len(set(found)) == 1

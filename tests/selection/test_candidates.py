@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, in_line, problem_of, random_problem, with_points
 
+from fsel.core.limits import THREADS
 from fsel.core.points import SparsePoints
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.selection.candidates import EVEN, candidates, medoids, serving, stretches
@@ -81,6 +82,15 @@ def test_no_single_exchange_makes_covisible_picks_better(held):
             swapped = rows.copy()
             swapped[place] = other
             assert slow_worth(inside, swapped, served) <= best * (1 + 1e-5)
+
+
+def test_covisible_picks_are_the_same_on_any_number_of_threads(monkeypatch):
+    problem = with_points(random_problem(100), count=50)
+    found = []
+    for count in ("1", "3"):
+        monkeypatch.setenv(THREADS, count)
+        found.append(covisible(problem, problem.observed, 8).tolist())
+    assert found[0] == found[1]
 
 
 def test_two_groups_that_share_no_point_get_a_pick_each():
