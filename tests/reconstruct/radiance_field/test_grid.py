@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from fsel.core.limits import THREADS
+from fsel.reconstruct.radiance_field import RadianceSettings
 from fsel.reconstruct.radiance_field.grid import Grid, grown
-from fsel.reconstruct.radiance_field.training import adam_step, add_variation
+from fsel.reconstruct.radiance_field.training import Pixels, _Optimiser, adam_step, add_variation
 
 F = np.float32
 
@@ -111,3 +113,14 @@ def test_adam_leaves_what_has_no_gradient():
     assert values[0] == 1
     assert values[1] < 1
     assert moments[0][0] == 1
+
+
+@pytest.mark.parametrize("count", ["1", "2"])
+def test_a_step_whose_rays_meet_nothing_has_the_background_s_error(count, monkeypatch):
+    monkeypatch.setenv(THREADS, count)
+    rays = np.tile(np.array([0, 0, 0, 0, 0, 1], F), (300, 1))
+    pixels = Pixels(rays, np.ones((300, 3), F), 0.1, np.full(3, 0.5, F))
+    grid = Grid.full(24, 0.0, np.zeros(3), 1)
+    optimiser = _Optimiser(grid, pixels, RadianceSettings(), least=np.inf)
+    loss = optimiser.step(np.arange(300), np.random.default_rng(0), 1, 1.0)
+    assert loss == pytest.approx(3 * 0.5**2)

@@ -137,11 +137,11 @@ class _Optimiser:
 
     def _shared(self, traced) -> list[tuple[int, int]]:
         """Return a range of vertices for every thread, with about as many samples each."""
-        parts = len(ranges(len(self.rows), FEWEST, 1))
-        if parts == 1:
-            return [(0, len(self.rows))]
+        even = ranges(len(self.rows), FEWEST, 1)
         lowest = [record[0][: ends[-1] : THINNED, 0] for record, _, ends in traced]
-        within = np.quantile(np.concatenate(lowest), np.arange(1, parts) / parts)
+        if len(even) == 1 or not any(map(len, lowest)):
+            return even
+        within = np.quantile(np.concatenate(lowest), np.arange(1, len(even)) / len(even))
         return list(pairwise([0, *within.astype(int).tolist(), len(self.rows)]))
 
     def _add_up(self, traced, first: int, last: int) -> None:
