@@ -1,5 +1,6 @@
 """The Python calls: what they take, what they refuse, what they print and what they write."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,7 +109,10 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
     (tmp_path / "walk.mp4").touch()
     monkeypatch.setattr(opening, "opened", lambda how: asked.append(how) or captured(ring))
     chosen = fsel.select(tmp_path / "walk.mp4", 5, EVERY)
-    assert asked == [opening.Opening((tmp_path / "walk.mp4",), wanted=5)]
+    with pytest.raises(ValueError, match="--views"):
+        fsel.select(tmp_path / "walk.mp4", 5, views=True)
+    walk = opening.Opening((tmp_path / "walk.mp4",))
+    assert asked == [replace(walk, wanted=5), replace(walk, views=True)]
     assert len(chosen) == 5
 
 

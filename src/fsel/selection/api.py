@@ -122,19 +122,20 @@ def select(
         views=views,
     )
     vet(request)  # poses that are to be found take minutes
-    opened = captured(capture, k if isinstance(k, int) and not views else 0)
+    opened = captured(capture, k if isinstance(k, int) and not views else 0, views)
     return select_frames(checked_request(replace(request, source=opened))).selection
 
 
-def captured(source: Source, wanted: int = 0) -> Capture | LazyCapture:
-    """Open a capture; a video yields more frames where so many are `wanted`."""
+def captured(source: Source, wanted: int = 0, views: bool = False) -> Capture | LazyCapture:
+    """Open a capture; a video yields more frames where so many are `wanted`, and is refused where
+    `views` are to be picked and it is no panorama."""
     if isinstance(source, Capture):
         return source
     if isinstance(source, str | Path):
         path = Path(source)
         if not video.is_video(path):
             return open_capture(path)
-        return opening.opened(opening.Opening((path,), wanted=wanted))
+        return opening.opened(opening.Opening((path,), wanted=wanted, views=views))
     if isinstance(source, Mapping):
         name, layout = "transforms.json", nerfstudio.LAYOUT
         raw = nerfstudio.from_json(Path(name), Path(), content=dict(source))
