@@ -53,8 +53,8 @@ HEAD = """# Seconds by threads
 `python benchmarks/threads.py`, on {cores} cores, at a load of {load:.1f} when it began: the second
 column says little where others use the cores. Times as fast: the median of the turns. By ranges:
 the same by the processor's seconds until the last thread would end, without others and the way to a
-thread; the last by Amdahl, on 8 from what is outside of ranges. Moved: what reading and writing parameters, gradients and moments
-takes of a step, at the {rate:.1f} GB/s that a thread copies.
+thread; the last by Amdahl, on 8 from what is outside of ranges. Moved: what reading and writing
+parameters, gradients and moments takes of a step, at the {rate:.1f} GB/s that a thread copies.
 
 | | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8, Amdahl | MB, 1, 2, 8 | moved | same bytes |
 |---|---|---|---|---|---|---|

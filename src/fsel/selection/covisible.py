@@ -161,7 +161,7 @@ def _exchanged(
             own = _gain(picks[i], pairs, weight, first, second)
             spread(fill, ranges(len(gains), FEWEST))
             best = int(gains.argmax())
-            if gains[best] > own * (1 + RISE) and gains[best] >= 0:
+            if gains[best] > own * (1 + RISE):
                 picked[picks[i]], picked[best] = False, True
                 picks[i] = best
         if (picks == before).all():
