@@ -140,18 +140,20 @@ def verdict(compared: Compared) -> str:
     if not pairs:
         return f"{first} has no other method to compare with."
     gaps = [compared.ahead(k, other) for k, other in pairs]
-    count, frames = len(gaps), counted(gaps[0].n, "held-out frame")
+    frames = counted(gaps[0].n, "held-out frame")
     if gaps[0].n < LEAST:
         ahead = sum(gap.mean > 0 for gap in gaps)
         few = f"over {frames}: too few for an interval"
-        return f"{first} is ahead in {ahead} of {counted(count, 'comparison')}, {few}."
-    said = f"In {counted(count, 'comparison')}, {first} is {_counts(gaps)}"
-    said += f" (95 % intervals over {frames})"
+        return f"{first} is ahead in {ahead} of {counted(len(gaps), 'comparison')}, {few}."
+    found = _counts(gaps)
+    said = f"{first} is {found} (95 % intervals over {frames})"
     sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
     kept = [gap for gap in sharp if gap is not None]
     if not kept:
         return f"{said}."
-    return f"{said}; over the {kept[0].n} sharp ones, {_counts(kept)}."
+    on_sharp = _counts(kept)
+    rest = "likewise" if on_sharp == found else on_sharp
+    return f"{said}; over the {kept[0].n} sharp ones, {rest}."
 
 
 def _counts(gaps: Sequence[Interval]) -> str:
@@ -161,8 +163,8 @@ def _counts(gaps: Sequence[Interval]) -> str:
         return f"{abs(gaps[0].mean):.2f} dB {side}, {where}"
     ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
     if not ahead and not behind:
-        return "significantly ahead or behind in none"
-    return f"significantly ahead in {ahead} and behind in {behind}"
+        return "neither significantly better nor worse than any other"
+    return f"significantly better in {ahead} and worse in {behind} of {len(gaps)} comparisons"
 
 
 def comparison(compared: Compared) -> str:
