@@ -270,7 +270,8 @@ def test_matches_across_a_break_are_removed_but_those_of_neighbours(tmp_path, mo
     assert left == {(1, 2), (2, 3), (3, 4), (3, 5), (4, 5)}  # numbers begin at 1
 
 
-def test_matches_agree_with_the_poses_that_they_were_seen_from():
+def pairs_of_three():
+    """Poses of three frames, and 50 matches of each pair of them."""
     poses, points = ring(12)[:3], np.random.default_rng(0).uniform(-1, 1, (50, 3))
     local = [points @ pose[:, :3].T + pose[:, 3] for pose in poses]
     places = [xyz[:, :2] / xyz[:, 2:] + 0.5 for xyz in local]  # the focal length is the side
@@ -278,10 +279,42 @@ def test_matches_agree_with_the_poses_that_they_were_seen_from():
         failures.VerifiedPair((i + 1, j + 1), (places[i], places[j]), False)
         for i, j in ((0, 1), (0, 2), (1, 2))
     ]
+    return poses, pairs
+
+
+def test_matches_agree_with_the_poses_that_they_were_seen_from():
+    poses, pairs = pairs_of_three()
     assert mapping.agreeing(model_of("abc", poses), pairs) == 150
     assert mapping.agreeing(model_of("ab", poses), pairs) == 50  # the third was not placed
     poses[2, 1, 3] += 1
     assert 50 <= mapping.agreeing(model_of("abc", poses), pairs) < 70
+
+
+@pytest.mark.parametrize(
+    ("globally", "incrementally", "kept", "other"),
+    [
+        ("abc", None, "global", None),  # nothing is left to explain: the other one is not asked
+        ("ab", "abc", "incremental", 2),
+        ("ab", "a", "global", 1),
+        ("ab", "", "global", 0),
+        ("", "ab", "incremental", 0),
+        ("", "", None, None),
+    ],
+)
+def test_what_one_mapper_leaves_unexplained_is_given_to_the_other(
+    globally, incrementally, kept, other, tmp_path, monkeypatch
+):
+    poses, pairs = pairs_of_three()
+
+    def made(names):
+        return [model_of(names, poses[: len(names)])] if names else []
+
+    monkeypatch.setattr(mapping, "verified_pairs", lambda _: pairs)
+    monkeypatch.setattr(mapping, "_globally", lambda *_: made(globally))
+    monkeypatch.setattr(mapping, "_incrementally", lambda *_: made(incrementally))
+    found = mapping.build(tmp_path / "database.db", tmp_path, 3, Work())
+    assert (found and found.by) == kept
+    assert (found and found.other and found.other.num_reg_images()) == other
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "progress is saved; run the same command again to resume"
-MADE = 6  # of what is kept: counted up where the same files are placed otherwise than before
+MADE = 7  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 @dataclass(frozen=True)

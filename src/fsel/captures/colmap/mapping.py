@@ -1,4 +1,4 @@
-"""COLMAP's two mappers side by side: `python -m` of this module maps globally (Pan et al. 2024)."""
+"""COLMAP's two mappers: `python -m` of this module maps globally (Pan et al. 2024)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import itertools
 import json
 import os
 import shutil
+import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,15 +22,20 @@ from fsel.captures.colmap.pairs import OVERLAP
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.limits import threads
-from fsel.core.programs import running
+from fsel.core.programs import LOG, running
 
 GLOBAL, INCREMENTAL = "global", "incremental"
 AGREES = 0.004  # of the longer side that a match lies off the epipolar lines: 2 pixels at 480
 UNIT = np.array([1.0, 1, 0, 0])  # intrinsics of rays
+EXPLAINED = 0.85  # of the matches, by a model that needs no other: 0.87 or more by right ones
+TRACKS = 100  # of an image, that the global mapper places cameras by: it finds the others again
+GROWN = 1.4  # a model by so much, all of which is adjusted again: COLMAP's own for videos
+STEPS, WAIT = 6, 0.1  # of the global mapper, and seconds between looks at its log
 
 
 class Mapped(NamedTuple):
-    """A model, the mapper that made it, and the model that COLMAP's other mapper made, if any."""
+    """A model, the mapper that made it, and the model of COLMAP's other mapper: empty where it
+    placed nothing, None where it was not asked."""
 
     model: pycolmap.Reconstruction
     by: str = ""
@@ -38,39 +45,74 @@ class Mapped(NamedTuple):
 def build(
     database: Path, folder: Path, count: int, work: Work, start: Path | None = None
 ) -> Mapped | None:
-    """Map a database of `count` images globally and, going on with the model in `start`,
-    incrementally, on half of the threads each; keep what agrees with more of the matches."""
+    """Map a database of `count` images globally. Where that leaves many of the matches unexplained,
+    map them incrementally, too, going on with the model in `start`; keep what explains more."""
     folder = folder.absolute()  # the process works there
-    for by in (GLOBAL, INCREMENTAL):
-        shutil.rmtree(folder / by, ignore_errors=True)
-        (folder / by).mkdir()
-    copy = shutil.copy(database, folder / f"{GLOBAL}.db")  # focal lengths are estimated there
-    least = features.INLIERS[work.features]
-    common = {"random_seed": SEED, "min_num_matches": least, "min_model_size": MIN_PLACED}
-    options = pycolmap.IncrementalPipelineOptions(common | {"num_threads": -(-threads() // 2)})
-    share = json.dumps(common | {"num_threads": threads() // 2 or 1})
-    words = map(str, (copy, folder / "images", folder / GLOBAL, share))
-    placed = iter(work.watch("poses")(itertools.count(), count))
-    with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
-        if threads() == 1:
-            process.wait()
-        models = pycolmap.incremental_mapping(
-            database,
-            folder / "images",
-            folder / INCREMENTAL,
-            options,
-            input_path=start or "",
-            next_image_callback=lambda: next(placed),
-        )
-        process.wait()
-    wide = [pycolmap.Reconstruction(str(path)) for path in sorted((folder / GLOBAL).iterdir())]
-    pairs, built = verified_pairs(database), {GLOBAL: wide, INCREMENTAL: models.values()}
-    rated = [(agreeing(model, pairs), by, model) for by, made in built.items() for model in made]
+    pairs = verified_pairs(database)
+    matches = sum(len(pair.places[0]) for pair in pairs)
+    rated = [(agreeing(m, pairs), GLOBAL, m) for m in _globally(database, folder, work)]
+    most = max((explained for explained, *_ in rated), default=0)
+    sure = most >= EXPLAINED * matches and not any(part.panoramic for part in work.parts)
+    if not sure:
+        made = _incrementally(database, folder, count, work, start)
+        rated += [(agreeing(model, pairs), INCREMENTAL, model) for model in made]
     rated.sort(key=lambda one: -one[0])
     if not rated:
         return None
-    _, kept, best = rated[0]
-    return Mapped(best, kept, next((model for _, by, model in rated if by != kept), None))
+    _, kept, model = rated[0]
+    none = None if sure else pycolmap.Reconstruction()
+    return Mapped(model, kept, next((other for _, by, other in rated if by != kept), none))
+
+
+def _globally(database: Path, folder: Path, work: Work) -> list[pycolmap.Reconstruction]:
+    """Map in a process of its own, which can be stopped."""
+    output = _emptied(folder / GLOBAL)
+    copy = shutil.copy(database, folder / f"{GLOBAL}.db")  # focal lengths are estimated there
+    options = _common(work) | {"mapper": {"track_required_tracks_per_view": TRACKS}}
+    words = map(str, (copy, folder / "images", output, json.dumps(options)))
+    (folder / LOG).unlink(missing_ok=True)  # of an earlier run
+    with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
+        for _ in work.watch("poses")(_steps(process, folder / LOG), STEPS):
+            pass
+    return [pycolmap.Reconstruction(str(path)) for path in sorted(output.iterdir())]
+
+
+def _steps(process: subprocess.Popen[bytes], log: Path) -> Iterator[int]:
+    """Yield the number of each step that a process says in its log to have done."""
+    done = 0
+    while process.poll() is None:
+        time.sleep(WAIT)
+        said = log.read_bytes().count(b" done in ")
+        yield from range(done, said)
+        done = said
+
+
+def _incrementally(
+    database: Path, folder: Path, count: int, work: Work, start: Path | None
+) -> Iterable[pycolmap.Reconstruction]:
+    rarely = {"ba_global_frames_ratio": GROWN, "ba_global_points_ratio": GROWN}
+    placed = iter(work.watch("poses")(itertools.count(), count))
+    return pycolmap.incremental_mapping(
+        database,
+        folder / "images",
+        _emptied(folder / INCREMENTAL),
+        pycolmap.IncrementalPipelineOptions(_common(work) | rarely),
+        input_path=start or "",
+        next_image_callback=lambda: next(placed),
+    ).values()
+
+
+def _common(work: Work) -> dict:
+    """Options of both mappers."""
+    least = features.INLIERS[work.features]
+    found = {"random_seed": SEED, "min_num_matches": least, "min_model_size": MIN_PLACED}
+    return found | {"num_threads": threads()}
+
+
+def _emptied(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
 
 
 def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> int:

@@ -195,12 +195,10 @@ def _found(
 
 def compared(mapped: Mapped) -> dict | None:
     """Frames that the other mapper places, and degrees that both sets of poses differ by, None for
-    fewer than two frames of both; None where a program placed them."""
-    if not mapped.by:
-        return None
+    fewer than two frames of both; None where it was not asked."""
     first, second = mapped.model, mapped.other
     if second is None:
-        return {"placed": 0, "degrees": None}
+        return None
     both = sorted(set(first.reg_image_ids()) & set(second.reg_image_ids()))
     turns = [
         np.array([m.images[i].cam_from_world().matrix()[:, :3] for i in both])
