@@ -264,7 +264,7 @@ def test_a_folded_path_is_placed_again_and_its_jumps_are_named(
 
 def test_matches_across_a_break_are_removed_but_those_of_neighbours(tmp_path, monkeypatch):
     made = database(tmp_path / "d.db", 20, 30.0, pycolmap.TwoViewGeometryConfiguration.CALIBRATED)
-    monkeypatch.setattr(mapping, "OVERLAP", 1)
+    monkeypatch.setattr(mapping, "NEAR", (1,))
     mapping.separate(made, [f"{i}.jpg" for i in range(5)], [2])
     left = {pair.images for pair in failures.verified_pairs(made)}
     assert left == {(1, 2), (2, 3), (3, 4), (3, 5), (4, 5)}  # numbers begin at 1

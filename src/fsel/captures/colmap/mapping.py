@@ -18,7 +18,7 @@ import numpy as np
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
-from fsel.captures.colmap.pairs import OVERLAP
+from fsel.captures.colmap.pairs import NEAR
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.limits import threads
@@ -145,7 +145,7 @@ def separate(database: Path, names: Sequence[str], breaks: Sequence[int]) -> Non
         rows = {keys[name]: row for row, name in enumerate(names)}
         for pair in verified:
             i, j = (rows[key] for key in pair.images)
-            if stretch[i] != stretch[j] and abs(i - j) > OVERLAP:
+            if stretch[i] != stretch[j] and abs(i - j) > NEAR[-1]:
                 stored.delete_two_view_geometry(*pair.images)
 
 

@@ -16,8 +16,8 @@ from fsel.captures.colmap.features import descriptors_of
 
 WORDS = 32
 SAMPLE = 20_000  # descriptors that the vocabulary is made of
-OVERLAP = 10  # images ahead that each is matched with; then at twice the distance, and so on
-LOOPS = 8  # images that look most alike, beyond those
+NEAR = 1, 2, 3, 4, 6, 8  # images ahead that each is matched with; then 16, 32, 64, and so on
+LOOPS, FILMED = 8, 4  # images that look most alike, beyond those, in all and of videos
 ROUNDS = cv2.TERM_CRITERIA_MAX_ITER + cv2.TERM_CRITERIA_EPS
 
 Pairs = list[tuple[int, int]]
@@ -29,20 +29,20 @@ def every_pair(count: int) -> Pairs:
 
 
 def in_sequence(count: int) -> Pairs:
-    """Return (i, j), i < j: neighbours, and images 16, 32, 64, ... ahead."""
-    steps = [*range(1, OVERLAP + 1)]
+    """Return (i, j), i < j: near images, and those 16, 32, 64, ... ahead."""
+    steps = [*NEAR]
     while steps[-1] * 2 < count:
-        steps.append(2 ** int(np.log2(steps[-1]) + 1))
+        steps.append(steps[-1] * 2)
     return sorted((i, i + step) for i in range(count) for step in steps if i + step < count)
 
 
-def alike(described: np.ndarray, known: Pairs) -> Pairs:
-    """Return (i, j), i < j, of each (n, D) unit vector and those most like it, but known pairs."""
+def alike(described: np.ndarray, known: Pairs, most: int = LOOPS) -> Pairs:
+    """Return (i, j), i < j, of each (n, D) unit vector and `most` like it, beyond known pairs."""
     likeness = described @ described.T
     np.fill_diagonal(likeness, -np.inf)
     rows, columns = np.array(known, np.int64).reshape(-1, 2).T
     likeness[rows, columns] = likeness[columns, rows] = -np.inf
-    best = np.argsort(-likeness, axis=1, kind="stable")[:, :LOOPS]
+    best = np.argsort(-likeness, axis=1, kind="stable")[:, :most]
     rows, places = np.nonzero(np.isfinite(np.take_along_axis(likeness, best, axis=1)))
     found = np.sort(np.stack([rows, best[rows, places]], axis=1), axis=1)
     return sorted({(i, j) for i, j in found.tolist()})

@@ -31,9 +31,9 @@ LARGE = 960  # pixels of a video's longer side, from which SIFT does not enlarge
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
-PAIR_SECONDS = 0.02, 0.05  # to match a pair, likewise
-MAPPING_SECONDS = 0.6  # seconds a frame and megapixel, placed by two mappers
-PAIRS_BESIDE = 22  # pairs of a frame: 10 next ones, some far ahead, 8 that look alike
+PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
+MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
+PAIRS_BESIDE = 14, 18  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
 
@@ -223,7 +223,8 @@ def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pair
         within += [(first + i, first + j) for i, j in pairs.every_pair(count)]
         first += count
     described = pairs.described(database, names)
-    found = set(near) | set(pairs.alike(described, near))
+    filmed = all(part.ordered for part in parts)
+    found = set(near) | set(pairs.alike(described, near, pairs.FILMED if filmed else pairs.LOOPS))
     if len(parts) > 1:  # those that look most alike are often of one part
         found |= set(pairs.alike(described, within))
     return sorted(found)
@@ -251,7 +252,7 @@ def _batches(items: Sequence, size: int) -> list[list]:
 def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
     """Return the frames and pairs of a run of COLMAP with SIFT, and about how long it takes."""
     every = frames <= (FEW if ordered else EXHAUSTIVE)
-    matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE
+    matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE[not ordered]
     size = min(pixels / 1e6, MOST_READ) / (4 if ordered and pixels > LARGE**2 / 2 else 1)
     kept = min(size, MOST_KEPT)
     each = FRAME_SECONDS[0] + FRAME_SECONDS[1] * size + MAPPING_SECONDS * kept
