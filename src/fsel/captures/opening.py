@@ -24,7 +24,7 @@ from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement, positions
-from fsel.captures.poses.placement import doubts
+from fsel.captures.poses.placement import SHOWN, first_of, notes
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source, looked_at, take
 from fsel.core.files import cache, write_text
@@ -33,7 +33,6 @@ from fsel.core.names import distinct
 from fsel.core.wording import counted
 
 CAPTURE, FOUND, LOCK = "capture", "poses.json", "lock"
-SHOWN = 8  # names of frames that were not placed
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "progress is saved; run the same command again to resume"
@@ -99,12 +98,7 @@ def warn_of(skipped: dict[str, str], reporter: Reporter) -> None:
     """Name the frames whose images cannot be read."""
     if skipped:
         named = [f"{name} ({why})" for name, why in skipped.items()]
-        reporter.warn(f"{counted(len(named), 'image')} skipped: {_first(named)}")
-
-
-def _first(names: list[str]) -> str:
-    more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
+        reporter.warn(f"{counted(len(named), 'image')} skipped: {first_of(named)}")
 
 
 def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
@@ -165,24 +159,6 @@ def unposed(opening: Opening, folder: Path, reporter: Reporter = SILENT) -> Lazy
     cameras = [bare.guess(image_files.size_of(file)) for file in raw.images]
     raw = in_order(replace(raw, world_to_camera=poses, cameras=cameras), source)
     return LazyCapture("images", raw, ingest(raw, source, LONG_SIDE, lazy=True))
-
-
-def notes(found: dict | None) -> list[str]:
-    """Frames that were not placed, the longest times that none shows, and doubts, in words."""
-    if not found:
-        return []
-    unsure = doubts(found)
-    missing, lost = found["not_placed"], found["lost"]
-    said = f"{counted(len(missing), 'frame')} not placed: {_first(missing)}"
-    if not lost:
-        return [said, *unsure] if missing else unsure
-    longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
-    films = len({span["video"] for span in lost})
-    times = ", ".join(
-        f"{span['from']:.1f} to {span['to']:.1f} s" + (f" of {span['video']}" if films > 1 else "")
-        for span in sorted(longest, key=lambda span: (span["video"], span["from"]))
-    )
-    return [f"{said}; lost: {times}", *unsure]
 
 
 def _masks(opening: Opening) -> Path | Estimator | None:

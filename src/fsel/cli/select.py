@@ -14,7 +14,7 @@ import numpy as np
 
 from fsel.captures.images.previews import check_pixels, thumbnails
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.opening import notes
+from fsel.captures.poses.placement import notes
 from fsel.cli import unposed
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons

@@ -21,11 +21,13 @@ from fsel.captures.quality.poses import turned_away
 from fsel.captures.sampling import IMAGES, SampledFrames, Say, Source, photo_name, take, take_denser
 from fsel.core.geometry import upright
 from fsel.core.names import natural
+from fsel.core.wording import counted
 
 MODEL = "sparse/0"
 ROUNDS = 2  # of taking frames denser
 UNSURE = 3.0  # degrees between two sets of poses: sure ones differ by tenths
 FEW = 0.5  # share of the frames, fewer of which another mapper places where they are by chance
+SHOWN = 8  # names, or times
 KEPT = 0.9  # share of the frames that are still placed where a path is mended
 
 
@@ -232,3 +234,27 @@ def doubts(found: dict) -> list[str]:
         alike = "the scene may look alike from two sides"
         said.append(f"the path jumps, by up to {turn} degrees: {times}; {alike}")
     return said
+
+
+def notes(found: dict | None) -> list[str]:
+    """Frames that were not placed, the longest times that none shows, and doubts, in words."""
+    if not found:
+        return []
+    unsure = doubts(found)
+    missing, lost = found["not_placed"], found["lost"]
+    said = f"{counted(len(missing), 'frame')} not placed: {first_of(missing)}"
+    if not lost:
+        return [said, *unsure] if missing else unsure
+    longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
+    films = len({span["video"] for span in lost})
+    times = ", ".join(
+        f"{span['from']:.1f} to {span['to']:.1f} s" + (f" of {span['video']}" if films > 1 else "")
+        for span in sorted(longest, key=lambda span: (span["video"], span["from"]))
+    )
+    return [f"{said}; lost: {times}", *unsure]
+
+
+def first_of(names: list[str]) -> str:
+    """Name the first ones, and say how many more there are."""
+    more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
