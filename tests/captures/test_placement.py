@@ -264,7 +264,7 @@ def test_a_folded_path_is_placed_again_and_its_jumps_are_named(
 
 def test_matches_across_a_break_are_removed_but_those_of_neighbours(tmp_path, monkeypatch):
     made = database(tmp_path / "d.db", 20, 30.0, pycolmap.TwoViewGeometryConfiguration.CALIBRATED)
-    monkeypatch.setattr(mapping, "NEAR", (1,))
+    monkeypatch.setattr(mapping, "OVERLAP", 1)
     mapping.separate(made, [f"{i}.jpg" for i in range(5)], [2])
     left = {pair.images for pair in failures.verified_pairs(made)}
     assert left == {(1, 2), (2, 3), (3, 4), (3, 5), (4, 5)}  # numbers begin at 1
@@ -291,18 +291,19 @@ def test_matches_agree_with_the_poses_that_they_were_seen_from():
 
 
 @pytest.mark.parametrize(
-    ("globally", "incrementally", "kept", "other"),
+    ("frames", "globally", "incrementally", "kept", "other"),
     [
-        ("abc", None, "global", None),  # nothing is left to explain: the other one is not asked
-        ("ab", "abc", "incremental", 2),
-        ("ab", "a", "global", 1),
-        ("ab", "", "global", 0),
-        ("", "ab", "incremental", 0),
-        ("", "", None, None),
+        (3, "abc", None, "global", None),  # nothing is left to explain: the other one is not asked
+        (4, "abc", "abc", "global", 3),  # one of four is not placed
+        (3, "ab", "abc", "incremental", 2),
+        (3, "ab", "a", "global", 1),
+        (3, "ab", "", "global", 0),
+        (3, "", "ab", "incremental", 0),
+        (3, "", "", None, None),
     ],
 )
 def test_what_one_mapper_leaves_unexplained_is_given_to_the_other(
-    globally, incrementally, kept, other, tmp_path, monkeypatch
+    frames, globally, incrementally, kept, other, tmp_path, monkeypatch
 ):
     poses, pairs = pairs_of_three()
 
@@ -312,7 +313,7 @@ def test_what_one_mapper_leaves_unexplained_is_given_to_the_other(
     monkeypatch.setattr(mapping, "verified_pairs", lambda _: pairs)
     monkeypatch.setattr(mapping, "_globally", lambda *_: made(globally))
     monkeypatch.setattr(mapping, "_incrementally", lambda *_: made(incrementally))
-    found = mapping.build(tmp_path / "database.db", tmp_path, 3, Work())
+    found = mapping.build(tmp_path / "database.db", tmp_path, frames, Work())
     assert (found and found.by) == kept
     assert (found and found.other and found.other.num_reg_images()) == other
 

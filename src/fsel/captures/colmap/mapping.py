@@ -18,7 +18,7 @@ import numpy as np
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
-from fsel.captures.colmap.pairs import NEAR
+from fsel.captures.colmap.pairs import OVERLAP
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.limits import threads
@@ -27,7 +27,7 @@ from fsel.core.programs import LOG, running
 GLOBAL, INCREMENTAL = "global", "incremental"
 AGREES = 0.004  # of the longer side that a match lies off the epipolar lines: 2 pixels at 480
 UNIT = np.array([1.0, 1, 0, 0])  # intrinsics of rays
-EXPLAINED = 0.85  # of the matches, by a model that needs no other: 0.87 or more by right ones
+EXPLAINED, PLACED = 0.85, 0.95  # of the matches and frames, by a model that needs no other
 TRACKS = 100  # of an image, that the global mapper places cameras by: it finds the others again
 GROWN = 1.4  # a model by so much, all of which is adjusted again: COLMAP's own for videos
 STEPS, WAIT = 6, 0.1  # of the global mapper, and seconds between looks at its log
@@ -45,14 +45,16 @@ class Mapped(NamedTuple):
 def build(
     database: Path, folder: Path, count: int, work: Work, start: Path | None = None
 ) -> Mapped | None:
-    """Map a database of `count` images globally. Where that leaves many of the matches unexplained,
-    map them incrementally, too, going on with the model in `start`; keep what explains more."""
+    """Map a database of `count` images globally. Where that leaves many matches unexplained, or
+    images unplaced, map them incrementally, too, from the model in `start`; keep the model that
+    explains more."""
     folder = folder.absolute()  # the process works there
     pairs = verified_pairs(database)
     matches = sum(len(pair.places[0]) for pair in pairs)
     rated = [(agreeing(m, pairs), GLOBAL, m) for m in _globally(database, folder, work)]
-    most = max((explained for explained, *_ in rated), default=0)
-    sure = most >= EXPLAINED * matches and not any(part.panoramic for part in work.parts)
+    most, placed = max(((share, m.num_reg_images()) for share, _, m in rated), default=(0, 0))
+    clear = most >= EXPLAINED * matches and placed >= PLACED * count
+    sure = clear and not any(part.panoramic for part in work.parts)
     if not sure:
         made = _incrementally(database, folder, count, work, start)
         rated += [(agreeing(model, pairs), INCREMENTAL, model) for model in made]
@@ -145,7 +147,7 @@ def separate(database: Path, names: Sequence[str], breaks: Sequence[int]) -> Non
         rows = {keys[name]: row for row, name in enumerate(names)}
         for pair in verified:
             i, j = (rows[key] for key in pair.images)
-            if stretch[i] != stretch[j] and abs(i - j) > NEAR[-1]:
+            if stretch[i] != stretch[j] and abs(i - j) > OVERLAP:
                 stored.delete_two_view_geometry(*pair.images)
 
 

@@ -33,7 +33,7 @@ IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
 PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
-PAIRS_BESIDE = 14, 18  # pairs of a frame of videos and others: near, far ahead, and alike
+PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
 
