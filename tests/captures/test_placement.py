@@ -290,6 +290,20 @@ def test_matches_agree_with_the_poses_that_they_were_seen_from():
     assert 50 <= mapping.agreeing(model_of("abc", poses), pairs) < 70
 
 
+def test_steps_of_the_global_mapper_are_read_from_its_log(tmp_path, monkeypatch):
+    log, said = tmp_path / "log.txt", iter(["", "one done in 1 s\n", "two done in 2 s\nthe third"])
+
+    class Process:
+        def poll(self):
+            if (text := next(said, None)) is None:
+                return 0
+            with log.open("a") as file:
+                file.write(text)
+
+    monkeypatch.setattr(mapping, "WAIT", 0)
+    assert list(mapping._steps(Process(), log)) == [0, 1]
+
+
 @pytest.mark.parametrize(
     ("frames", "globally", "incrementally", "kept", "other"),
     [
