@@ -121,11 +121,11 @@ def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
     assert "--features is for poses by COLMAP" in capsys.readouterr().err
 
 
-def test_large_frames_of_videos_are_not_enlarged(tmp_path, monkeypatch):
+def test_large_frames_of_videos_are_reduced_and_not_enlarged(tmp_path, monkeypatch):
     asked, name = [], "00_000000.png"
 
     def extract(*_, extraction_options, **__):
-        asked.append(extraction_options.sift.first_octave)
+        asked.append((extraction_options.sift.first_octave, extraction_options.max_image_size))
 
     monkeypatch.setattr(pycolmap, "extract_features", extract)
     for side, ordered in ((960, True), (960, False), (480, True)):
@@ -133,7 +133,7 @@ def test_large_frames_of_videos_are_not_enlarged(tmp_path, monkeypatch):
         folder.mkdir()
         cv2.imwrite(str(folder / name), np.zeros((270, side), np.uint8))
         runs.extract(folder.with_suffix(".db"), folder, [name], Work(parts=[Part([0], ordered)]))
-    assert asked == [0, -1, -1]
+    assert asked == [(0, 960), (-1, -1), (-1, -1)]
 
 
 def test_sift_sees_in_the_dark(tmp_path):

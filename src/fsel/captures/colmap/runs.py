@@ -27,7 +27,7 @@ MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
-LARGE = 960  # pixels of a video's longer side, from which SIFT does not enlarge frames twice first
+LARGE = 960  # pixels of a longer side that SIFT reduces a video's frames to; it enlarges smaller ones
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
@@ -118,7 +118,7 @@ def extract(
         source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
         filmed = source is not None and source.ordered and not source.panoramic
         if filmed and max(kind[1]) >= LARGE:
-            options.sift.first_octave = 0
+            options.sift.first_octave, options.max_image_size = 0, LARGE
         reader = _reader(database, folder, kind, source)
         pycolmap.import_images(database, folder, mode, part, reader)
         if work.features != features.SIFT:
@@ -253,7 +253,8 @@ def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
     """Return the frames and pairs of a run of COLMAP with SIFT, and about how long it takes."""
     every = frames <= (FEW if ordered else EXHAUSTIVE)
     matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE[not ordered]
-    size = min(pixels / 1e6, MOST_READ) / (4 if ordered and pixels > LARGE**2 / 2 else 1)
+    large = ordered and pixels > LARGE**2 / 2
+    size = LARGE**2 / 8e6 if large else min(pixels / 1e6, MOST_READ)  # a quarter: not enlarged
     kept = min(size, MOST_KEPT)
     each = FRAME_SECONDS[0] + FRAME_SECONDS[1] * size + MAPPING_SECONDS * kept
     minutes = (frames * each + matched * (PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept)) / cores / 60
