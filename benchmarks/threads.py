@@ -56,9 +56,10 @@ the same by the processor's seconds until the last thread would end, without oth
 thread; the last by Amdahl, on 8 from what is outside of ranges. Moved: what reading and writing
 parameters, gradients and moments takes of a step, at the {rate:.1f} GB/s that a thread copies.
 
-| | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8, Amdahl | MB, 1, 2, 8 | moved | same bytes |
+| | seconds, 1 and 2 threads | times as fast | by ranges, 2, 4, 8, Amdahl | MB, 1, 2, 8 | \
+moved | same bytes |
 |---|---|---|---|---|---|---|
-"""  # noqa: E501
+"""
 
 
 def cases():

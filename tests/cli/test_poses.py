@@ -108,7 +108,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr("fsel.captures.colmap.mapping._globally", cut_off)
+        patched.setattr("fsel.captures.colmap.mapping._steps", cut_off)
         assert run("poses", photos, "-o", tmp_path / "capture") == 130
     assert not (tmp_path / "capture").exists()
     assert "run the same command again to resume" in capsys.readouterr().err

@@ -53,6 +53,13 @@ def unfinished(path: Path) -> Path:
     return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
 
 
+def emptied(folder: Path) -> Path:
+    """Return a folder after making it anew."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
 def host() -> str:
     """Return the name of this machine, as a part of a file's name."""
     return re.sub(r"[^\w-]", "-", socket.gethostname())

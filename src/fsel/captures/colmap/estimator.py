@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shlex
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fsel.core.files import emptied
 from fsel.core.programs import MissingRequirement, NoDevice, Program, Unfinished, tail, words_of
 from fsel.core.registry import settings_from
 
@@ -65,8 +65,7 @@ class Estimator(Program):
 
     def write(self, folder: Path, output: Path, what: str) -> None:
         """Run it in a folder, to write what it makes into another that is empty."""
-        shutil.rmtree(output, ignore_errors=True)
-        output.mkdir()
+        emptied(output)
         try:
             for words in self.by:
                 self.run(words, folder)

@@ -21,6 +21,7 @@ from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
 from fsel.captures.colmap.pairs import OVERLAP
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
 from fsel.captures.images.matching import epipolar_distances
+from fsel.core.files import emptied
 from fsel.core.limits import threads
 from fsel.core.programs import LOG, running
 
@@ -52,7 +53,7 @@ def build(
     pairs = verified_pairs(database)
     matches = sum(len(pair.places[0]) for pair in pairs)
     rated = [(agreeing(m, pairs), GLOBAL, m) for m in _globally(database, folder, work)]
-    most, placed = max(((share, m.num_reg_images()) for share, _, m in rated), default=(0, 0))
+    most, placed = max(((agree, m.num_reg_images()) for agree, _, m in rated), default=(0, 0))
     clear = most >= EXPLAINED * matches and placed >= PLACED * count
     sure = clear and not any(part.panoramic for part in work.parts)
     if not sure:
@@ -68,7 +69,7 @@ def build(
 
 def _globally(database: Path, folder: Path, work: Work) -> list[pycolmap.Reconstruction]:
     """Map in a process of its own, which can be stopped."""
-    output = _emptied(folder / GLOBAL)
+    output = emptied(folder / GLOBAL)
     copy = shutil.copy(database, folder / f"{GLOBAL}.db")  # focal lengths are estimated there
     options = _common(work) | {"mapper": {"track_required_tracks_per_view": TRACKS}}
     words = map(str, (copy, folder / "images", output, json.dumps(options)))
@@ -97,7 +98,7 @@ def _incrementally(
     return pycolmap.incremental_mapping(
         database,
         folder / "images",
-        _emptied(folder / INCREMENTAL),
+        emptied(folder / INCREMENTAL),
         pycolmap.IncrementalPipelineOptions(_common(work) | rarely),
         input_path=start or "",
         next_image_callback=lambda: next(placed),
@@ -109,12 +110,6 @@ def _common(work: Work) -> dict:
     least = features.INLIERS[work.features]
     found = {"random_seed": SEED, "min_num_matches": least, "min_model_size": MIN_PLACED}
     return found | {"num_threads": threads()}
-
-
-def _emptied(folder: Path) -> Path:
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    return folder
 
 
 def agreeing(model: pycolmap.Reconstruction, pairs: Iterable[VerifiedPair]) -> int:

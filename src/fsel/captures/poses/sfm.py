@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import shutil
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -24,6 +23,7 @@ from fsel.captures.images.masks import MASKS, mask_of
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import RawCapture
 from fsel.core.capture import Capture
+from fsel.core.files import emptied
 from fsel.core.geometry import viewing_angles
 from fsel.core.names import matched
 from fsel.core.points import SparsePoints
@@ -177,8 +177,7 @@ def _mask(raw: RawCapture, names: Sequence[str], folder: Path, masks: Path | Est
     new = [i for i, name in enumerate(names) if not (output / f"{name}.png").is_file()]
     place = folder / "masking"
     if isinstance(masks, Estimator) and new:
-        shutil.rmtree(place, ignore_errors=True)
-        place.mkdir()
+        emptied(place)
         made = runs.linked([raw.images[i] for i in new], place / "images", ())
         masks.write(place, place / MASKS, "masks")
         known = dict(zip(new, made, strict=True))
