@@ -143,6 +143,7 @@ class Config:
     def __init__(self, data_dir, strategy, **fields):
         self.__dict__ |= fields | {"data_dir": data_dir, "strategy": strategy, "sh_degree": 3}
         assert self.max_steps == 7 and type(strategy).__name__ == "MCMCStrategy"
+        assert fields["opacity_reg"] == fields["scale_reg"] == 0.01  # as its subcommand mcmc
 
 class Runner:
     device = "until it was closed"

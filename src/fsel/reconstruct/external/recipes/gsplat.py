@@ -15,6 +15,9 @@ import numpy as np
 import torch
 from fsel_worker import camera_matrices, camera_to_world, serve, settings_of
 
+# what the trainer's own subcommand `mcmc` sets, where no import finds it
+MCMC = {"init_opa": 0.5, "init_scale": 0.1, "opacity_reg": 0.01, "scale_reg": 0.01}
+
 
 def main(examples, strategy="default", *given):
     """Serve it."""
@@ -23,15 +26,15 @@ def main(examples, strategy="default", *given):
     import simple_trainer
     from gsplat.strategy import DefaultStrategy, MCMCStrategy
 
-    kinds = {"default": DefaultStrategy, "mcmc": MCMCStrategy}
-    own = settings_of(given, ast.literal_eval)
+    kind, preset = {"default": (DefaultStrategy, {}), "mcmc": (MCMCStrategy, MCMC)}[strategy]
+    own = preset | settings_of(given, ast.literal_eval)
 
     def fit(subset):
         settings = {"data_factor": 1, "disable_viewer": True, "disable_video": True}
         settings.update(eval_steps=[], save_steps=[], ply_steps=[], **own)
         settings["result_dir"] = os.path.join(subset.folder, "gsplat")
         config = simple_trainer.Config(
-            data_dir=subset.folder, strategy=kinds[strategy](verbose=False), **settings
+            data_dir=subset.folder, strategy=kind(verbose=False), **settings
         )
         runner = simple_trainer.Runner(0, 0, 1, config)
         runner.trainset.indices = np.arange(len(subset.images))  # it would hold every n-th out
