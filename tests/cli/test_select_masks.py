@@ -74,13 +74,14 @@ def test_only_the_chosen_values_of_a_mask_are_white(tmp_path):
 
 
 @pytest.mark.parametrize("more", [[], ["--geometry-only"], ["--targets", "every:5"]])
-def test_frames_of_a_video_become_images(tmp_path, more):
+def test_frames_of_a_video_become_images(tmp_path, monkeypatch, more):
     """No frame of a ScanNet++ iPhone capture was extracted: the picks are, as JPEG, and masks."""
     made = recording("scannetpp_iphone")
     write_film(made, tmp_path / "scene")
     masks = np.repeat(bands(22)[..., None], 3, axis=3)
     write_video(tmp_path / "scene" / "iphone" / "rgb_mask.mkv", masks, 60, "FFV1")
     out = tmp_path / "out"
+    monkeypatch.setattr("fsel.cli.select.thumbnails", None)  # no frame is decoded for a page alone
     assert select(tmp_path / "scene", "-k", 5, *more, "-o", out) == 0
     folder = out / "train" if "every:5" in more else out
     content = json.loads((folder / "transforms.json").read_text())

@@ -12,8 +12,8 @@ import pytest
 from browsing import decoded, pictures
 from small_captures import write_ring
 
+from fsel.captures.images import previews
 from fsel.cli import main, view
-from fsel.pages import shown
 from fsel.reconstruct import ply
 
 
@@ -52,7 +52,7 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
 
 
 def test_a_capture_alone_shows_its_points_and_many_photos_smaller(made, monkeypatch):
-    monkeypatch.setattr(shown, "LARGE", 6)  # of 24, so that each has half the side
+    monkeypatch.setattr(previews, "LARGE", 6)  # of 24, so that each has half the side
     arguments = ["view", str(made / "ring"), "--long-side", "60"]
     assert main([*arguments, "-o", str(made / "page.html")]) == 0
     page = (made / "page.html").read_text()

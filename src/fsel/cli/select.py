@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.images.previews import check_pixels, thumbnails
+from fsel.captures.images.previews import check_pixels, picture_side, thumbnails
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.poses.placement import notes
 from fsel.cli import unposed
@@ -26,7 +26,7 @@ from fsel.core.geometry import upright
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages.report import REPORT, page
-from fsel.pages.shown import Commands, ReportContent, frames_shown, picture_side
+from fsel.pages.shown import Commands, ReportContent, frames_shown
 from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
@@ -190,15 +190,15 @@ def _shown(
     args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict, place: Path
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
-    frames, made = frames_shown(outcome).tolist(), []
-    if not args.geometry_only:
+    frames, made = frames_shown(outcome).tolist(), outcome.health and outcome.health.pictures
+    if not (made or args.geometry_only):
         side = picture_side(len(frames))
-        made = thumbnails([source.raw.images[i] for i in frames], source.longest, side)
+        made = tuple(thumbnails([source.raw.images[i] for i in frames], source.longest, side))
     return ReportContent(
         outcome=outcome,
         picked=content["frames"],
         left=content["left"],
-        pictures={frame: jpeg for frame, jpeg in zip(frames, made, strict=False) if jpeg},
+        pictures={frame: jpeg for frame, jpeg in zip(frames, made or (), strict=False) if jpeg},
         commands=commands(args, place),
         notes=notes(source.found),
         times={shot["name"]: shot["seconds"] for shot in (source.found or {}).get("video", ())},

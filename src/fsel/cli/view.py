@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fsel.captures.images.previews import in_turn, jpeg, reduced
+from fsel.captures.images.previews import SIDE, in_turn, jpeg, picture_side, reduced
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import as_written, open_as, record_of
@@ -21,7 +21,7 @@ from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages import viewer
 from fsel.pages.report import REPORT, with_view
-from fsel.pages.shown import SIDE, adds, picture_side
+from fsel.pages.shown import adds
 from fsel.reconstruct import ply
 from fsel.selection.export.forms import CLOUD
 from fsel.selection.export.record import RECORD

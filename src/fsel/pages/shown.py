@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsel.captures.images.previews import PICTURES
 from fsel.captures.quality.findings import ALONE
 from fsel.core.geometry import plane_basis, upwards
 from fsel.core.points import SparsePoints
 from fsel.core.subsets import evenly
 from fsel.selection.outcome import Outcome
 
-SHOWN = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
-SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer
 MOST_POINTS = 4000
 TICK = 0.08  # length of a viewing direction, as a share of the view
 CORE = 95  # per cent of the points that the view is scaled to, where they lie close enough
@@ -56,13 +55,8 @@ class Card(NamedTuple):
 
 def frames_shown(outcome: Outcome) -> np.ndarray:
     """Return (n,) frames that a page shows: all, or evenly spread ones and the picks."""
-    some = evenly(len(outcome.capture), SHOWN)
+    some = evenly(len(outcome.capture), PICTURES)
     return np.union1d(some, outcome.selection.indices)
-
-
-def picture_side(count: int) -> int:
-    """Return the longer side of each picture in pixels: many take no more room than few."""
-    return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
 
 
 def cards_of(shown: ReportContent) -> list[Card]:

@@ -13,6 +13,8 @@ from fsel.core.threads import side_by_side
 LUMA = np.array([0.299, 0.587, 0.114])
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
 MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
+PICTURES = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
+SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer
 GREY = {
     1: cv2.IMREAD_GRAYSCALE,
     2: cv2.IMREAD_REDUCED_GRAYSCALE_2,
@@ -75,6 +77,16 @@ def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> l
             return None
 
     return in_turn(shrink, files)
+
+
+def picture_side(count: int) -> int:
+    """Return the longer side of each picture in pixels: many take no more room than few."""
+    return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
+
+
+def picture(image: np.ndarray, count: int) -> bytes:
+    """Return the JPEG file of an image for a page of so many frames."""
+    return jpeg(reduced(image, picture_side(count)))
 
 
 def jpeg(image: np.ndarray, quality: int = 82) -> bytes:

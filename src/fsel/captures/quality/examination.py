@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.images.matching import choose_pairs
-from fsel.captures.images.previews import Progress, in_silence, in_turn, shrunk
+from fsel.captures.images.previews import PICTURES, Progress, in_silence, in_turn, picture, shrunk
 from fsel.captures.lazy import LazyCapture, open_capture
 from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
 from fsel.captures.quality import findings, photometry, poses
@@ -41,7 +41,7 @@ def examined(
     """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
     matches of every frame with two beside it too, some tenths of a second a frame."""
     placed = _Placed(opened)
-    found, detail = placed.misplaced(), None
+    found, detail, pictures = placed.misplaced(), None, ()
     if matching:
         pairs = choose_pairs(opened.raw.world_to_camera, len(opened.capture), PARTNERS)
         matches = list(matches_of(opened.raw, pairs, progress))
@@ -51,7 +51,8 @@ def examined(
         found += exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
     if images and len(opened.capture) > NEAR:
         shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
-        cells, small, sides = zip(*shown, strict=True)
+        cells, small, sides, made = zip(*shown, strict=True)
+        pictures = made if len(made) <= PICTURES else ()
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
         unreadable = (np.array(sides) == 1) * 1.0
@@ -63,7 +64,7 @@ def examined(
     worst = {(finding.frame, finding.kind): finding for finding in found}.values()
     found = sorted(worst, key=lambda finding: (finding.frame, -finding.severity))
     gone, alone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
-    return Health(tuple(found), detail, gone, alone)
+    return Health(tuple(found), detail, gone, alone, pictures)
 
 
 def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
@@ -84,16 +85,19 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
 
 
-def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
-    """The cells of a frame's image, the image small and grey, and the side that was measured."""
+def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
+    """The cells of a frame's image, the image small and grey, the side that was measured, and the
+    picture of a page, so that no frame is decoded for it again."""
+    count, made = len(opened.raw.names), None
     try:
         image = shrunk(opened.raw.images[at], opened.longest, SIDE)
+        made = picture(image, count) if count <= PICTURES else None
     except ValueError:  # no decoder takes it
         image = np.zeros((1, 1, 3), np.uint8)
     side = max(image.shape[:2])
     grey, scale = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), min(1.0, THUMBNAIL / side)
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return measured(image), small, side
+    return measured(image), small, side, made
 
 
 def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
