@@ -49,7 +49,8 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
 def quantile_of(values: np.ndarray, keys: np.ndarray, count: int, share: float) -> np.ndarray:
     """Return the (count,) lower quantile, 0 to 1, of the (L,) values of each of (L,) keys; NaN for
     a key without any."""
-    order = np.lexsort((values, keys))
+    order = np.argsort(values, kind="stable")
+    order = order[np.argsort(keys[order].astype(np.min_scalar_type(count)), kind="stable")]
     bounds = np.searchsorted(keys[order], np.arange(count + 1))
     size = np.diff(bounds)
     place = bounds[:-1] + (share * np.maximum(size - 1, 0)).astype(np.int64)

@@ -80,7 +80,7 @@ class Video:
                         f"{self.path}: ends after {self._next} frames, but frame {index} is needed"
                     )
                 self._next += 1
-            return np.ascontiguousarray(self._capture.retrieve()[1][..., ::-1])
+            return cv2.cvtColor(self._capture.retrieve()[1], cv2.COLOR_BGR2RGB)
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
         image = source.video.read(source.index)
         return image if flags & cv2.IMREAD_COLOR else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     image = _decoded(source, flags)
-    return image[..., ::-1] if image.ndim == 3 else image
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if image.ndim == 3 else image
 
 
 def load_for(source: Image, long_side: int) -> np.ndarray:

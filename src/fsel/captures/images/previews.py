@@ -92,7 +92,7 @@ def picture(image: np.ndarray, count: int) -> bytes:
 def jpeg(image: np.ndarray, quality: int = 82) -> bytes:
     """A JPEG file of an (h, w, 3) RGB image in 0..255, by default as small as pages want it."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
-    return cv2.imencode(".jpg", np.ascontiguousarray(image[..., ::-1]), options)[1].tobytes()
+    return cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), options)[1].tobytes()
 
 
 def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
@@ -105,7 +105,7 @@ def reduced(image: np.ndarray, side: int) -> np.ndarray:
     """Return an (h, w, 3) uint8 image whose longer side has `side` pixels, or as many as it has."""
     scale = min(1.0, side / max(image.shape[:2]))
     size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
-    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
+    return cv2.resize(image, size, interpolation=cv2.INTER_AREA)
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:
