@@ -78,7 +78,8 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
     }
     # a mean of equal numbers differs from them by its rounding
     means = pd.concat(gains, axis=1).round(5).groupby(["k", "capture", "start"]).mean()
-    return means.groupby(["k", "capture"]).mean()
+    rows = means.groupby(["k", "capture"])
+    return rows.mean().join(pd.concat({"held": rows.count()["psnr"]}, axis=1))
 
 
 def _head(table: pd.DataFrame) -> str:
@@ -162,13 +163,14 @@ def _resampled(gains: pd.Series) -> str:
 
 
 def _summary(each: pd.DataFrame, methods: Iterable[str], over: str = EVEN) -> str:
-    lines = ["| K | captures | method | PSNR, dB | bootstrap | ahead / behind | SSIM |"]
+    lines = ["| K | captures, hold-outs | method | PSNR, dB | bootstrap | ahead / behind | SSIM |"]
     lines.append("|---|---|---|---|---|---|---|")
     for (k, part), method in product(each.groupby(level="k"), methods):
         if method in part["psnr"]:
             gains = part.xs(method, axis=1, level=1) - part.xs(over, axis=1, level=1)
             psnr, ssim = gains["psnr"].dropna().round(5), gains["ssim"].dropna().round(5)
-            cells = k, len(psnr), method, _cell(psnr), _resampled(psnr), _cell(ssim, 3)
+            count = f"{len(psnr)}, {part['held', method].sum():.0f}"
+            cells = k, count, method, _cell(psnr), _resampled(psnr), _cell(ssim, 3)
             lines.append(f"| {' | '.join(map(str, cells))} |" if len(psnr) else "")
     return "\n".join(filter(None, lines)) + "\n"
 
