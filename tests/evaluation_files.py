@@ -9,11 +9,7 @@ FACTS |= {"reconstructor": "splats", "long_side": 64}
 
 
 def written(folder, values: dict) -> tuple[list[str], list]:
-    """Problems and paths of evaluation files with one target.
-
-    Args:
-        values: (scene, draw) -> {(method, seed, k): PSNR}.
-    """
+    """Problems and paths of files with one target; (scene, draw) -> {(method, seed, k): PSNR}."""
     problems, paths = [], []
     for (scene, draw), runs in values.items():
         rows = [(m, s, k, 0, v, 0.5, 0.1) for (m, s, k), v in runs.items()]

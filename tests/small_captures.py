@@ -99,8 +99,7 @@ def state_orientation(path, value):
 
 
 def damage_pixels(path, size=SIZE):
-    """Make a file a JPEG with a whole header whose pixels no decoder takes: its second scan has
-    another number of components."""
+    """Make a file a JPEG that no decoder takes: its second scan has other components."""
     noise = np.random.default_rng(0).integers(0, 255, size[::-1], dtype=np.uint8)
     progressive = [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]
     content = bytearray(cv2.imencode(".jpg", np.dstack([noise] * 3), progressive)[1])

@@ -160,8 +160,7 @@ def test_a_pause_is_thinned_and_a_film_that_stands_is_refused(scripted, tmp_path
 
 
 def database(path, keypoints, shift, config, parallax=0.0):
-    """Features of five images, each pair verified, its matches `shift` pixels apart, and the near
-    ones so much farther."""
+    """Five images, all pairs verified, matches `shift` pixels apart and the near ones farther."""
     size = {"width": 480, "height": 270}
     with pycolmap.Database.open(str(path)) as stored:
         camera = pycolmap.Camera(model="SIMPLE_PINHOLE", **size, params=[400, 240, 135])

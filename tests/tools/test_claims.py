@@ -1,5 +1,7 @@
 """The page of the paper's claims counts and compares what a run measured."""
 
+from shutil import copytree
+
 import pandas as pd
 import pytest
 
@@ -61,13 +63,9 @@ def test_the_strongest_baseline_of_a_table_is_compared_scene_by_scene(results):
         folder = results / "seven_scenes" / f"evaluation{scene}"
         folder.mkdir(parents=True)
         pd.DataFrame(rows).to_parquet(folder / "crosscapture.parquet")
-    table = {
-        "reconstructor": ["splats", "gaussians"],
-        "k": ["30", "all"],
-        "outcome": "",
-        "device": "",
-    }
-    pd.DataFrame(table).to_csv(results / "tables" / "reconchoice.csv", index=False)
+    table = pd.DataFrame({"reconstructor": ["splats", "gaussians"], "k": ["30", "all"]})
+    table = table.assign(outcome="", device="")
+    table.to_csv(results / "tables" / "reconchoice.csv", index=False)
     for scene, ours in enumerate((31.0, 31.2)):
         folder = results / "dl3dv" / f"evaluation{scene}" / "draw0" / "gaussians"
         folder.mkdir()
@@ -76,6 +74,19 @@ def test_the_strongest_baseline_of_a_table_is_compared_scene_by_scene(results):
     assert "`gaussians`, K = 40 | +1.68 dB | -1.00 dB (-1.00 to -1.00) | 2 scenes" in page(results)
     row = next(line for line in page(results).splitlines() if "across captures" in line)
     assert "| +2.00 dB (-10.71 to +14.71) | 2 scenes | level |" in row
+
+
+def test_captures_from_disk_are_rows_of_their_own(results):
+    alone = page(results).splitlines()
+    copytree(results / "dl3dv", results / "fox")  # neither a scene nor a cell of the sweep
+    rows = {"dataset": ["fox", "all", "all"], "reference": ["dpp", "random", "dpp"], "k": 30}
+    rows |= {"method": "less_is_more", "metric": "psnr", "mean": [-9.0, 1.0, -1.0], "n": 4}
+    (results / "tables" / "captures").mkdir(parents=True)
+    path = results / "tables" / "captures" / "ksweep_differences.csv"
+    pd.DataFrame(rows | {"ci_low": -2.0, "ci_high": -0.5}).to_csv(path, index=False)
+    *others, real = page(results).splitlines()
+    assert others == alone
+    assert "captures, K = 30 | ahead | -1.00 dB (-2.00 to -0.50) | 4 captures | not here" in real
 
 
 def test_a_folder_without_a_run_is_named(tmp_path):

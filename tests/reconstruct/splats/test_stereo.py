@@ -73,10 +73,7 @@ def test_merge_takes_the_better_half(count, expected):
 
 
 def plain_path(costs, small, jumps):
-    """One path of semi-global matching over (n, D) costs, straight from the recurrence.
-
-    The (n - 1,) jumps are penalties between a step and the one before it.
-    """
+    """One path of semi-global matching over (n, D) costs; (n - 1,) penalties between steps."""
     values = [costs[0]]
     for cost, jump in zip(costs[1:], jumps, strict=True):
         last, best = values[-1], values[-1].min()

@@ -24,10 +24,7 @@ def select(name, problem, k):
 
 
 def on_a_line(positions, xyz, seen_by, proxies=()):
-    """Cameras on the x axis looking along z, all observed, and points with the frames seeing them.
-
-    The last two frames are targets.
-    """
+    """Cameras on the x axis looking along z, the last two targets, and points that some see."""
     n = len(positions)
     point = np.repeat(np.arange(len(xyz)), [len(frames) for frames in seen_by])
     frame = np.concatenate([np.array(frames, np.int64) for frames in seen_by])
