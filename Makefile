@@ -46,15 +46,17 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# the same at 384 pixels, beside what tools pick by on five, an hour: docs/results/captures_384.md
+# the same at 384 pixels, beside what tools pick by, five hours: docs/results/captures_384.md
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
 AT_384 = --side 384 --by gaussians --seeds 1 --rows $(LARGE)
-FIVE = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,bridge caliterra flowerpot helmet miku)
+PRACTICE = "the rule alone" thumbnail correlation drift farthest_appearance warp_rf
 captures_384: .venv/installed
-	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 20 30 --methods tried
-	$(CAPTURES)_unknown.py $(AT_384) --starts 7 --budgets 10 --methods tried
-	$(CAPTURES)_unknown.py $(FIVE) $(AT_384) --starts 3 --budgets 10 --methods best_n Nearest "targets known"
+	$(CAPTURES)_unknown.py $(AT_384) --starts 1 3 5 7 --budgets 10 --methods tried best_n Nearest "targets known"
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 7 --budgets 20 30 --methods tried
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 7 --budgets 10 --methods "targets known, tried"
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 20 30 --methods Nearest "targets known"
+	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 --methods $(PRACTICE)
 	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
