@@ -66,7 +66,7 @@ def page(asked: argparse.Namespace) -> None:
 
 
 def _each(table: pd.DataFrame) -> pd.DataFrame:
-    """Differences from evenly spaced frames, one row a budget and capture, over its hold-outs."""
+    """Differences from evenly spaced frames, one row a budget, capture and hold-out."""
     rows = table.groupby([*CELL, "method"])
     cells, there = rows[["psnr", "ssim"]].mean().unstack(), rows.size().unstack()
     gains = {
@@ -77,9 +77,11 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
         if method in there
     }
     # a mean of equal numbers differs from them by its rounding
-    means = pd.concat(gains, axis=1).round(5).groupby(["k", "capture", "start"]).mean()
-    rows = means.groupby(["k", "capture"])
-    return rows.mean().join(pd.concat({"held": rows.count()["psnr"]}, axis=1))
+    return pd.concat(gains, axis=1).round(5).groupby(["k", "capture", "start"]).mean()
+
+
+def _by_place(each: pd.DataFrame) -> pd.DataFrame:
+    return each.groupby(["k", "capture"]).mean()
 
 
 def _head(table: pd.DataFrame) -> str:
@@ -132,7 +134,7 @@ def _short(each: dict[str, pd.DataFrame]) -> str:
     lines = _header("PSNR over evenly spaced frames, dB", budgets)
     for (method, views), (by, gains) in product(SHORT.items(), each.items()):
         if method in gains["psnr"]:
-            own = gains["psnr", method].dropna()
+            own = _by_place(gains)["psnr", method].dropna()
             cells = [_cell(own[own.index.get_level_values("k") == k]) for k in budgets]
             lines.append(f"| {views}, by `{by}` | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
@@ -167,30 +169,30 @@ def _summary(each: pd.DataFrame, methods: Iterable[str], over: str = EVEN) -> st
     lines.append("|---|---|---|---|---|---|---|")
     for (k, part), method in product(each.groupby(level="k"), methods):
         if method in part["psnr"]:
-            gains = part.xs(method, axis=1, level=1) - part.xs(over, axis=1, level=1)
-            psnr, ssim = gains["psnr"].dropna().round(5), gains["ssim"].dropna().round(5)
-            count = f"{len(psnr)}, {part['held', method].sum():.0f}"
+            held = (part.xs(method, axis=1, level=1) - part.xs(over, axis=1, level=1)).dropna()
+            psnr, ssim = (_by_place(held)[name].round(5) for name in ("psnr", "ssim"))
+            count = f"{len(psnr)}, {len(held)}"
             cells = k, count, method, _cell(psnr), _resampled(psnr), _cell(ssim, 3)
             lines.append(f"| {' | '.join(map(str, cells))} |" if len(psnr) else "")
     return "\n".join(filter(None, lines)) + "\n"
 
 
 def _by_capture(each: pd.DataFrame) -> str:
-    found = [method for method in METHODS if method in each["psnr"]]
-    rows = each["psnr"][found].map(lambda gain: "" if np.isnan(gain) else f"{gain:+.2f}")
-    cells = rows.agg(" / ".join, axis=1).unstack("k", fill_value="")
-    lines = [f"PSNR over evenly spaced frames, {' / '.join(found)}, dB:\n"]
-    lines += _header("capture", cells)
-    lines += [f"| {name} | {' | '.join(row)} |" for name, row in cells.iterrows()]
-    return "\n".join(lines) + "\n"
+    found, lines = [method for method in METHODS if method in each["psnr"]], []
+    for k, rows in _by_place(each)["psnr"][found].groupby(level="k"):
+        cells = rows.droplevel("k").dropna(axis=1, how="all")
+        cells = cells.map(lambda gain: "" if np.isnan(gain) else f"{gain:+.2f}")
+        lines += [f"PSNR over evenly spaced frames, K = {k}, dB, each over its hold-outs:\n"]
+        lines += [f"| capture | {' | '.join(cells)} |", "|---" * (cells.shape[1] + 1) + "|"]
+        lines += [f"| {name} | {' | '.join(row)} |" for name, row in cells.iterrows()] + [""]
+    return "\n".join(lines)
 
 
 def _by_kind(each: pd.DataFrame) -> str:
     """What is tried on made captures, over evenly spaced frames, by what was done to them."""
-    gains = each["psnr", TRIED].dropna().unstack("k")
-    kinds = gains.groupby(gains.index.str.partition(", ").get_level_values(2))
+    gains = _by_place(each)["psnr", TRIED].dropna().unstack("k")
     lines = _header("PSNR over evenly spaced frames, dB", gains)
-    for kind, part in kinds:
+    for kind, part in gains.groupby(gains.index.str.partition(", ").get_level_values(2)):
         lines.append(f"| {kind} | {' | '.join(_cell(part[k].dropna()) for k in gains)} |")
     return "\n".join(lines) + "\n"
 
@@ -199,8 +201,7 @@ def _kept(table: pd.DataFrame) -> str:
     tried = table[(table["method"] == TRIED) & (table["seed"] == 0)]
     counts = tried.groupby(["k", "kept"]).size().unstack(fill_value=0)
     lines = ["How often each selection was kept, and the mean number of fits:\n"]
-    lines.append(f"| K | {' | '.join(counts.columns)} | fits |")
-    lines.append("|---|" + "---|" * (len(counts.columns) + 1))
+    lines += [f"| K | {' | '.join(counts.columns)} | fits |", "|---" * (counts.shape[1] + 2) + "|"]
     for k, row in counts.iterrows():
         fits = tried.loc[tried["k"] == k, "fits"].mean()
         lines.append(f"| {k} | {' | '.join(map(str, row))} | {fits:.0f} |")
