@@ -191,7 +191,7 @@ def _shown(
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
     frames, made = frames_shown(outcome).tolist(), outcome.health and outcome.health.pictures
-    if not (made or args.geometry_only):
+    if not (made or args.geometry_only):  # those of the health are of all frames, all shown
         side = picture_side(len(frames))
         made = tuple(thumbnails([source.raw.images[i] for i in frames], source.longest, side))
     return ReportContent(
