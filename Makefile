@@ -46,7 +46,7 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# the same at 384 pixels, beside what tools pick by, five hours: docs/results/captures_384.md
+# the same at 384 pixels, beside what tools pick by, four hours: docs/results/captures_384.md
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
 AT_384 = --side 384 --by gaussians --seeds 1 --rows $(LARGE)

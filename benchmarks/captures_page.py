@@ -131,7 +131,7 @@ def _held_out(table: pd.DataFrame) -> str:
 def _short(each: dict[str, pd.DataFrame]) -> str:
     """Means over captures by number of frames, with intervals, and the worst capture."""
     budgets = sorted({k for gains in each.values() for k in gains.index.unique("k")})
-    lines = _header("PSNR over evenly spaced frames, dB", budgets)
+    lines = _header("PSNR over evenly spaced frames, dB", *(f"K = {k}" for k in budgets))
     for (method, views), (by, gains) in product(SHORT.items(), each.items()):
         if method in gains["psnr"]:
             own = _by_place(gains)["psnr", method].dropna()
@@ -140,8 +140,7 @@ def _short(each: dict[str, pd.DataFrame]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _header(first: str, budgets: Iterable[int]) -> list[str]:
-    cells = [first, *(f"K = {k}" for k in budgets)]
+def _header(*cells: str) -> list[str]:
     return [f"| {' | '.join(cells)} |", "|" + "---|" * len(cells)]
 
 
@@ -165,8 +164,8 @@ def _resampled(gains: pd.Series) -> str:
 
 
 def _summary(each: pd.DataFrame, methods: Iterable[str], over: str = EVEN) -> str:
-    lines = ["| K | captures, hold-outs | method | PSNR, dB | bootstrap | ahead / behind | SSIM |"]
-    lines.append("|---|---|---|---|---|---|---|")
+    columns = ("captures, hold-outs", "method", "PSNR, dB", "bootstrap", "ahead / behind", "SSIM")
+    lines = _header("K", *columns)
     for (k, part), method in product(each.groupby(level="k"), methods):
         if method in part["psnr"]:
             held = (part.xs(method, axis=1, level=1) - part.xs(over, axis=1, level=1)).dropna()
@@ -183,7 +182,7 @@ def _by_capture(each: pd.DataFrame) -> str:
         cells = rows.droplevel("k").dropna(axis=1, how="all")
         cells = cells.map(lambda gain: "" if np.isnan(gain) else f"{gain:+.2f}")
         lines += [f"PSNR over evenly spaced frames, K = {k}, dB, each over its hold-outs:\n"]
-        lines += [f"| capture | {' | '.join(cells)} |", "|---" * (cells.shape[1] + 1) + "|"]
+        lines += _header("capture", *cells)
         lines += [f"| {name} | {' | '.join(row)} |" for name, row in cells.iterrows()] + [""]
     return "\n".join(lines)
 
@@ -191,7 +190,7 @@ def _by_capture(each: pd.DataFrame) -> str:
 def _by_kind(each: pd.DataFrame) -> str:
     """What is tried on made captures, over evenly spaced frames, by what was done to them."""
     gains = _by_place(each)["psnr", TRIED].dropna().unstack("k")
-    lines = _header("PSNR over evenly spaced frames, dB", gains)
+    lines = _header("PSNR over evenly spaced frames, dB", *(f"K = {k}" for k in gains))
     for kind, part in gains.groupby(gains.index.str.partition(", ").get_level_values(2)):
         lines.append(f"| {kind} | {' | '.join(_cell(part[k].dropna()) for k in gains)} |")
     return "\n".join(lines) + "\n"
@@ -201,7 +200,7 @@ def _kept(table: pd.DataFrame) -> str:
     tried = table[(table["method"] == TRIED) & (table["seed"] == 0)]
     counts = tried.groupby(["k", "kept"]).size().unstack(fill_value=0)
     lines = ["How often each selection was kept, and the mean number of fits:\n"]
-    lines += [f"| K | {' | '.join(counts.columns)} | fits |", "|---" * (counts.shape[1] + 2) + "|"]
+    lines += _header("K", *counts.columns, "fits")
     for k, row in counts.iterrows():
         fits = tried.loc[tried["k"] == k, "fits"].mean()
         lines.append(f"| {k} | {' | '.join(map(str, row))} | {fits:.0f} |")

@@ -210,7 +210,7 @@ class LazyImages:
 
     def _open(self, row: int) -> np.ndarray:
         file = self._files[row]
-        image = image_files.load_for(file, self._lenses.long_side, soon=True)
+        image = image_files.load_for(file, self._lenses.long_side, approximate=True)
         lens = self._lenses.of(self._cameras[row], image, file)
         straight = lens.straighten(image)
         if lens.size == self._size:

@@ -190,15 +190,17 @@ def _shown(
     args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict, place: Path
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
-    frames, made = frames_shown(outcome).tolist(), outcome.health and outcome.health.pictures
-    if not (made or args.geometry_only):  # those of the health are of all frames, all shown
+    pictures = outcome.health.pictures if outcome.health else {}
+    if not (pictures or args.geometry_only):
+        frames = frames_shown(outcome).tolist()
         side = picture_side(len(frames))
-        made = tuple(thumbnails([source.raw.images[i] for i in frames], source.longest, side))
+        made = thumbnails([source.raw.images[i] for i in frames], source.longest, side)
+        pictures = {frame: jpeg for frame, jpeg in zip(frames, made, strict=True) if jpeg}
     return ReportContent(
         outcome=outcome,
         picked=content["frames"],
         left=content["left"],
-        pictures={frame: jpeg for frame, jpeg in zip(frames, made or (), strict=False) if jpeg},
+        pictures=pictures,
         commands=commands(args, place),
         notes=notes(source.found),
         times={shot["name"]: shot["seconds"] for shot in (source.found or {}).get("video", ())},

@@ -8,7 +8,7 @@ from html import escape
 import cv2
 import numpy as np
 
-from fsel.captures.images.previews import PICTURES
+from fsel.captures.images.previews import MOST_SHOWN
 from fsel.core.geometry import viewing_angles
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
@@ -103,8 +103,8 @@ def _tried(tried: ValidationResult | None) -> list[str]:
 def _world(outcome: Outcome, viewing: str) -> list[str]:
     far = int(outcome.targets.far.sum())
     note = f" {counted(far, 'target')} too far away to draw." if far else ""
-    if len(outcome.capture) > PICTURES:
-        note += f" {PICTURES:,} of {len(outcome.capture):,} frames, evenly spread, and the picks."
+    if len(outcome.capture) > MOST_SHOWN:
+        note += f" {MOST_SHOWN:,} of {len(outcome.capture):,} frames, evenly spread, and the picks."
     known = len(outcome.targets.frames) > 0
     bad = '<span class="key bad">bad frames</span>, ' if len(outcome.targets.bad) else ""
     views = ("held", "held-out frames") if known else ("target", "target views")
@@ -214,9 +214,9 @@ def _charts(outcome: Outcome) -> list[str]:
 
 def _tables(shown: ReportContent) -> list[str]:
     """Return the picks in order, and every frame left out, in words."""
-    rows = evenly(len(shown.left), PICTURES)
-    thinned = len(shown.left) > PICTURES
-    note = f"{PICTURES:,} of {len(shown.left):,}, evenly spread; selection.json has all."
+    rows = evenly(len(shown.left), MOST_SHOWN)
+    thinned = len(shown.left) > MOST_SHOWN
+    note = f"{MOST_SHOWN:,} of {len(shown.left):,}, evenly spread; selection.json has all."
     points = any(entry["sees_new"] is not None for entry in shown.picked)
     return [
         "<details open><summary>Picks, in order</summary>",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.captures.images.previews import PICTURES
+from fsel.captures.images.previews import MOST_SHOWN
 from fsel.captures.quality.findings import ALONE
 from fsel.core.geometry import plane_basis, upwards
 from fsel.core.points import SparsePoints
@@ -55,7 +55,7 @@ class Card(NamedTuple):
 
 def frames_shown(outcome: Outcome) -> np.ndarray:
     """Return (n,) frames that a page shows: all, or evenly spread ones and the picks."""
-    some = evenly(len(outcome.capture), PICTURES)
+    some = evenly(len(outcome.capture), MOST_SHOWN)
     return np.union1d(some, outcome.selection.indices)
 
 

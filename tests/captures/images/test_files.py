@@ -109,7 +109,7 @@ def test_huge_jpegs_are_decoded_at_twice_the_size_to_come_or_more(
     image_files.write(image[None], tmp_path, ["a.jpg"])
     path = tmp_path / "a.jpg"
     assert image_files.load_for(path, side).shape == (304, 400, 3)  # as it is, up to the bound
-    assert image_files.load_for(path, side / 3, soon=True).shape[1] == 400 // factor
+    assert image_files.load_for(path, side / 3, approximate=True).shape[1] == 400 // factor
     monkeypatch.setattr(image_files, "HUGE", 400 * 304 - 1)
     found = image_files.load_for(path, side)
     assert found.shape == (304 // factor, 400 // factor, 3)

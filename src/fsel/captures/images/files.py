@@ -164,14 +164,14 @@ def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if image.ndim == 3 else image
 
 
-def load_for(source: Image, long_side: int, *, soon: bool = False) -> np.ndarray:
+def load_for(source: Image, long_side: int, *, approximate: bool = False) -> np.ndarray:
     """Read an (h, w, 3) uint8 RGB image for one of `long_side` pixels: a JPEG of more than 33
-    million at a half, quarter or eighth where that is twice the size to come; `soon` takes any
-    JPEG so where that is six times the size, which moves a pixel by 1 grey level on the mean."""
+    million at a half, quarter or eighth where that is twice the size to come. If `approximate`,
+    any JPEG where that is six times the size: pixels differ by 1 grey level on the mean."""
     if isinstance(source, VideoFrame) or source.suffix.lower() not in JPEG:
         return load(source)
     width, height = size_of(source)
-    if width * height <= HUGE and not soon:
+    if width * height <= HUGE and not approximate:
         return load(source)
     times = 2 if width * height > HUGE else 6
     return load(source, COLOR[reduction(max(width, height), times * long_side)])

@@ -13,7 +13,7 @@ from fsel.core.threads import side_by_side
 LUMA = np.array([0.299, 0.587, 0.114])
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
 MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
-PICTURES = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
+MOST_SHOWN = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
 SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer
 GREY = {
     1: cv2.IMREAD_GRAYSCALE,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.images.matching import choose_pairs
-from fsel.captures.images.previews import PICTURES, Progress, in_silence, in_turn, picture, shrunk
+from fsel.captures.images.previews import MOST_SHOWN, Progress, in_silence, in_turn, picture, shrunk
 from fsel.captures.lazy import LazyCapture, open_capture
 from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
 from fsel.captures.quality import findings, photometry, poses
@@ -41,7 +41,7 @@ def examined(
     """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
     matches of every frame with two beside it too, some tenths of a second a frame."""
     placed = _Placed(opened)
-    found, detail, pictures = placed.misplaced(), None, ()
+    found, detail, pictures = placed.misplaced(), None, {}
     if matching:
         pairs = choose_pairs(opened.raw.world_to_camera, len(opened.capture), PARTNERS)
         matches = list(matches_of(opened.raw, pairs, progress))
@@ -52,7 +52,7 @@ def examined(
     if images and len(opened.capture) > NEAR:
         shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
         cells, small, sides, made = zip(*shown, strict=True)
-        pictures = made if len(made) <= PICTURES else ()
+        pictures = {at: one for at, one in enumerate(made) if one}
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
         unreadable = (np.array(sides) == 1) * 1.0
@@ -91,7 +91,7 @@ def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int, bytes |
     count, made = len(opened.raw.names), None
     try:
         image = shrunk(opened.raw.images[at], opened.longest, SIDE)
-        made = picture(image, count) if count <= PICTURES else None
+        made = picture(image, count) if count <= MOST_SHOWN else None
     except ValueError:  # no decoder takes it
         image = np.zeros((1, 1, 3), np.uint8)
     side = max(image.shape[:2])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -41,14 +41,14 @@ class Health:
         sharpness: (N,) high frequencies over the contrast, NaN where unknown; None for all.
         left_out: (n,) int64 frames that are not to be picked, the least bad first.
         alone: (m,) int64 bad frames that stay: no others show half of what each shows.
-        pictures: N small JPEG files, None of what no decoder reads; of 3,000 frames at most.
+        pictures: frame -> small JPEG file; none where `MOST_SHOWN` are exceeded.
     """
 
     findings: tuple[Finding, ...] = ()
     sharpness: np.ndarray | None = None
     left_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     alone: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
-    pictures: tuple[bytes | None, ...] = ()
+    pictures: Mapping[int, bytes] = field(default_factory=dict)
 
     def of(self, frame: int) -> list[Finding]:
         """Return the findings on a frame."""
