@@ -85,10 +85,9 @@ def _by_place(each: pd.DataFrame) -> pd.DataFrame:
 
 
 def _head(table: pd.DataFrame) -> str:
-    held, (side,) = _held_out(table), table["side"].unique()
-    told = table[table["method"] == TOLD]
-    starts, budgets = (", ".join(map(str, sorted(told[by].unique()))) for by in ("start", "k"))
-    known = f"`fsel` with targets known is given them, from frame {starts} on (K = {budgets}). "
+    held, (side,), known = _held_out(table), table["side"].unique(), ""
+    if TOLD in set(table["method"]):
+        known = f"`fsel` with targets known is given them, from frame {_held_out(table, TOLD)} on. "
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
     )
@@ -99,7 +98,7 @@ def _head(table: pd.DataFrame) -> str:
         f"{datetime.now(UTC):%Y-%m-%d}.\n\n"
         f"One frame in {EVERY} is held out, in turn from frame {held} on; picks of the others are "
         "scored on them. Nobody states them to the rule alone (`--patience 0`) and to what is "
-        f"tried (`fsel select -k`). {known if len(told) else ''}By "
+        f"tried (`fsel select -k`). {known}By "
         f"{', '.join(f'`{by}`' for by in table['by'].unique())} ({side} pixels; `gaussians`: "
         f"{SETTINGS['gaussians']['steps']} steps, {SIZES[side]:,} Gaussians). Differences are from "
         "evenly spaced frames; intervals are 95 % by Student's t over captures, each the mean of "
@@ -115,10 +114,10 @@ def _head(table: pd.DataFrame) -> str:
     )
 
 
-def _held_out(table: pd.DataFrame) -> str:
+def _held_out(table: pd.DataFrame, method: str = TRIED) -> str:
     """Hold-outs, by their first frames, and the numbers of frames measured with them."""
-    tried = table[table["method"] == TRIED].groupby(["k", "capture"])["start"]
-    starts = tried.unique().map(sorted).map(tuple).reset_index()
+    held = table[table["method"] == method].groupby(["k", "capture"])["start"]
+    starts = held.unique().map(sorted).map(tuple).reset_index()
     whole = starts.groupby("k").size()
     parts = []
     for first, part in starts.groupby("start"):
