@@ -8,6 +8,8 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
+from fsel.captures.quality.examination import examined
+from fsel.cli.console import Console
 from fsel.core.files import json_text
 from fsel.core.subsets import evenly
 from fsel.selection.blocks import blocks_of
@@ -28,6 +30,7 @@ def run(
     count: int,
     select: Callable[[SelectionRequest, str], dict],
     out: Path,
+    console: Console,
 ) -> dict:
     """Select from each block into a folder of its own, and list which picks blocks share.
 
@@ -37,20 +40,25 @@ def run(
     assert source is not None
     assert isinstance(k, int)
     entries: list[dict] = []
-    for number, frames in enumerate(blocks_of(source.with_all_points(), count), 1):
+    blocks, health = blocks_of(source.with_all_points(), count), None
+    if not request.keep_bad:  # of the whole: blocks overlap, and images take longest to read
+        shown, bar = max(map(len, blocks)), console.bar("health")
+        health = examined(source, bar, images=request.pictured, shown=shown)
+    for number, frames in enumerate(blocks, 1):
         part, folder = source.part(frames), f"block_{number}"
         taken = {name for entry in entries for name in entry["picks"]}
         known = [name for name in part.capture.names if name in taken]
         always = [known[at] for at in evenly(len(known), k // 2)]
-        made = select(replace(request, source=part, always=always), folder)
+        found = health and health.part(frames)
+        made = select(replace(request, source=part, always=always, health=found), folder)
         picks = [entry["name"] for entry in made["frames"]]
         own = {"picks": picks, "frames": part.capture.names, "tried": made["tried"]}
         entries.append({"folder": folder} | own)
     for entry in entries:
         picked, beside = set(entry["picks"]), [other for other in entries if other is not entry]
-        found = {other["folder"]: [p for p in other["picks"] if p in picked] for other in beside}
-        entry["shared"] = {folder: names for folder, names in found.items() if names}
-        text = "".join(f"{name}\n" for name in dict.fromkeys(chain(*found.values())))
+        same = {other["folder"]: [p for p in other["picks"] if p in picked] for other in beside}
+        entry["shared"] = {folder: names for folder, names in same.items() if names}
+        text = "".join(f"{name}\n" for name in dict.fromkeys(chain(*same.values())))
         (out / entry["folder"] / "shared.txt").write_text(text, encoding="utf-8")
     (out / "blocks.json").write_text(json_text({"blocks": entries}), encoding="utf-8")
     return {"blocks": entries}

@@ -9,6 +9,7 @@ import numpy as np
 
 from fsel.captures.images.previews import jpeg, sharpness_among
 from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality.examination import examined
 from fsel.captures.quality.findings import BLURRED
 from fsel.cli import open_capture
 from fsel.cli.console import Console
@@ -28,7 +29,7 @@ from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
-from fsel.selection.select import examined_targets, select_frames
+from fsel.selection.select import select_frames, without_bad
 from fsel.selection.targets import Targets
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
@@ -149,9 +150,8 @@ def _selected(
     blurred = np.empty(0)
     with console.clock("selecting"):
         if not args.keep_bad:
-            targets, health = examined_targets(
-                opened, targets, max(args.k), console, matching=args.check_poses
-            )
+            health = examined(opened, console.bar("health"), matching=args.check_poses)
+            targets, health = without_bad(targets, capture, max(args.k), health, console)
             blurred = health.of_kind(BLURRED)
         bar = console.bar("sharpness")
         sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)

@@ -75,7 +75,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
                 console.say(name, counted(len(request.capture), "frame"))
             return _selected(args, console, stage / name, args.out / name, request, form, own)
 
-        content = blocks.run(wanted, args.blocks, select, stage) if args.blocks else select(wanted)
+        if args.blocks:
+            content = blocks.run(wanted, args.blocks, select, stage, console)
+        else:
+            content = select(wanted)
     tried, cut = [one["tried"] for one in content.get("blocks", [content]) if one["tried"]], ""
     if fits := sum(one["fits"] for one in tried if one["cut"]):
         cut = f"; time ran out after {counted(fits, 'fit')}: with less load, or more "

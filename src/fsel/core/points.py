@@ -9,6 +9,8 @@ import numpy as np
 
 from fsel.core.files import Columns
 
+LARGE = 200  # values of a key, from which on those of each are sorted apart
+
 
 @dataclass(frozen=True)
 class SparsePoints:
@@ -40,26 +42,33 @@ class SparsePoints:
 
 def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the rows, ascending, of each of `count` keys, given (L,) int64 keys from 0."""
-    order, bounds = _by_key(keys, count)
+    order, bounds = by_key(keys, count)
     return [order[bounds[key] : bounds[key + 1]] for key in range(count)]
 
 
-def _by_key(keys: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def by_key(keys: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the (L,) rows of keys in order, and where those of each of `count` begin and end."""
-    # in few bytes, which NumPy sorts by radix, up to five times as fast
-    order = np.argsort(keys.astype(np.min_scalar_type(count)), kind="stable")
-    return order, np.searchsorted(keys[order], np.arange(count + 1))
+    # two bytes at a time, which NumPy sorts by radix, up to five times as fast
+    order = np.argsort(keys.astype(np.uint16), kind="stable")
+    for shift in range(16, int(count).bit_length(), 16):
+        order = order[np.argsort((keys[order] >> shift).astype(np.uint16), kind="stable")]
+    return order, np.append(0, np.bincount(keys, minlength=count).cumsum())
 
 
 def quantile_of(values: np.ndarray, keys: np.ndarray, count: int, share: float) -> np.ndarray:
     """Return the (count,) lower quantile, 0 to 1, of the (L,) values of each of (L,) keys; NaN for
     a key without any."""
-    ascending = np.argsort(values, kind="stable")
-    order, bounds = _by_key(keys[ascending], count)
-    size = np.diff(bounds)
-    place = bounds[:-1] + (share * np.maximum(size - 1, 0)).astype(np.int64)
-    found = np.full(count, np.nan)
-    found[size > 0] = values[ascending[order[place[size > 0]]]]
+    order, bounds = by_key(keys, count)
+    size, found = np.diff(bounds), np.full(count, np.nan)
+    place = (share * np.maximum(size - 1, 0)).astype(np.int64)
+    if len(values) > LARGE * count:
+        for key in np.flatnonzero(size):
+            own = values[order[bounds[key] : bounds[key + 1]]]
+            found[key] = np.partition(own, place[key])[place[key]]
+        return found
+    ascending = np.argsort(values)
+    order = ascending[by_key(keys[ascending], count)[0]]
+    found[size > 0] = values[order[(bounds[:-1] + place)[size > 0]]]
     return found
 
 

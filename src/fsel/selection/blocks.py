@@ -18,6 +18,7 @@ from fsel.features.conditioned import look_embedding
 OVERLAP = 0.2  # frames that a block takes of others, as a share of its own
 ALIKE = 9  # frames that share a point where the capture has none: on a ring, four on each side
 LEAST_FRAMES = 4  # of a part: fewer have no second eigenvector
+ENOUGH = 300_000  # observations that tell covisibility: of more, those of every n-th point do
 
 
 def blocks_of(capture: Capture, count: int) -> list[np.ndarray]:
@@ -42,7 +43,9 @@ def _sightings(capture: Capture) -> csr_array:
     """
     n, points = len(capture), capture.points
     if points is not None and len(points.track_point):
-        point, row = points.track_point, points.track_frame
+        each = -(-len(points.track_point) // ENOUGH)
+        some = points.track_point % each == 0
+        point, row = points.track_point[some] // each, points.track_frame[some]
     else:
         place = look_embedding(capture.centers, capture.axes)
         row = KDTree(place).query(place, min(n, ALIKE))[1].ravel()

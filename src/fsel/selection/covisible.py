@@ -26,6 +26,8 @@ RISE = 1e-6  # share by which an exchange must raise the value: sums are not mor
 
 Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
 """What `_pairs` returns."""
+Served = tuple[np.ndarray, ...]
+"""`Pairs`, and of each observation its weight, its three best values by picks, and whose."""
 
 
 def covisible(
@@ -89,81 +91,90 @@ def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pai
 
 
 @plain
-def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """Value that a row adds to that of the picks, which serve each observation as noted."""
-    start, partner, worth = pairs
-    total = 0.0
-    for at in range(start[r], start[r + 1]):
-        e, value = partner[at], worth[at]
-        if value > first[e]:
-            total += weight[e] * (
-                (1 - SECOND) * (value - first[e]) + SECOND * (first[e] - second[e])
-            )
-        elif value > second[e]:
-            total += weight[e] * SECOND * (value - second[e])
-    return total
+def _added(value: float, first: float, second: float) -> float:
+    """What a pick adds to an observation that others serve by so much, best first."""
+    if value > first:
+        return (1 - SECOND) * (value - first) + SECOND * (first - second)
+    return SECOND * max(value - second, 0.0)
 
 
 @plain
-def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
-    """Note the best and second best value of every observation with one pick more."""
-    start, partner, worth = pairs
+def _add(r: int, i: int, served: Served) -> None:
+    """Note the three best values of every observation, and whose, with a row as the i-th pick."""
+    start, partner, worth, _, best, by = served
     for at in range(start[r], start[r + 1]):
-        e, value = partner[at], worth[at]
-        if value > first[e]:
-            second[e], first[e] = first[e], value
-        elif value > second[e]:
-            second[e] = value
+        e, value, place = partner[at], worth[at], 3
+        while place > 0 and value > best[e, place - 1]:
+            place -= 1
+            if place < 2:
+                best[e, place + 1], by[e, place + 1] = best[e, place], by[e, place]
+        if place < 3:
+            best[e, place], by[e, place] = value, i
 
 
 @plain
-def _gains(
-    picked: np.ndarray,
-    pairs: Pairs,
-    weight: np.ndarray,
-    first: np.ndarray,
-    second: np.ndarray,
-    gains: np.ndarray,
-    low: int,
-    high: int,
+def _greedy(
+    picks: np.ndarray, picked: np.ndarray, gains: np.ndarray, known: np.ndarray, served: Served
 ) -> None:
-    """Fill what the rows `low` to `high` add, less than nothing where they are picked."""
-    for r in range(low, high):
-        gains[r] = -1.0 if picked[r] else _gain(r, pairs, weight, first, second)
+    """Fill the picks one by one by what they add, which falls with every pick (Minoux 1978).
+
+    `gains` are upper bounds, -1 where `picked`, and `known` before which pick they were added up.
+    """
+    start, partner, worth, weight, best, _ = served
+    for i in range(len(picks)):
+        r = gains.argmax()
+        while known[r] < i:
+            gains[r], known[r] = 0.0, i
+            for at in range(start[r], start[r + 1]):
+                e = partner[at]
+                gains[r] += weight[e] * _added(worth[at], best[e, 0], best[e, 1])
+            r = gains.argmax()
+        picks[i], picked[r], gains[r] = r, True, -1.0
+        _add(r, i, served)
 
 
 @plain
-def _others(picks: np.ndarray, i: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
-    """Note the values of every observation by all picks but one."""
-    first[:] = 0
-    second[:] = 0
-    for j in range(len(picks)):
-        if j != i:
-            _add(picks[j], pairs, first, second)
+def _exchanges(served: Served, gains: np.ndarray, low: int, high: int) -> None:
+    """Fill, for the rows `low` to `high`, what each adds to all picks but each, in one pass as by
+    FastPAM (Schubert and Rousseeuw 2021): without a pick, what it served is served by the next."""
+    start, partner, worth, weight, best, by = served
+    for r in range(low, high):
+        all_ = 0.0
+        for at in range(start[r], start[r + 1]):
+            e, value = partner[at], worth[at]
+            first, second, third = best[e, 0], best[e, 1], best[e, 2]
+            if value > third:
+                beside = weight[e] * _added(value, first, second)
+                all_ += beside
+                gains[r, by[e, 0]] += weight[e] * _added(value, second, third) - beside
+                gains[r, by[e, 1]] += weight[e] * _added(value, first, third) - beside
+        for i in range(gains.shape[1]):  # a row as a whole would take 3 s to compile
+            gains[r, i] += all_
 
 
 def _exchanged(
     pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
 ) -> np.ndarray:
     """(k,) rows: the greedy ones, each exchanged for a better free one as long as there is any."""
-    picks, gains = np.empty(k, np.int64), np.empty(len(picked))
-    first, second = np.zeros((2, len(weight)), np.float32)
-    fill = partial(_gains, picked, pairs, weight, first, second, gains)
-    for i in range(k):
-        spread(fill, ranges(len(gains), FEWEST))
-        picks[i] = gains.argmax()
-        picked[picks[i]] = True
-        _add(picks[i], pairs, first, second)
-    for _ in range(rounds):
-        before = picks.copy()
-        for i in range(k):
-            _others(picks, i, pairs, first, second)
-            own = _gain(picks[i], pairs, weight, first, second)
-            spread(fill, ranges(len(gains), FEWEST))
-            best = int(gains.argmax())
-            if gains[best] > own * (1 + RISE):
-                picked[picks[i]], picked[best] = False, True
-                picks[i] = best
-        if (picks == before).all():
+    picks, gains = np.empty(k, np.int64), np.empty((len(picked), k + 1))
+    best = np.zeros((len(weight), 3), np.float32)
+    by = np.full(best.shape, k, np.int32)  # where fewer see it, a column that nobody reads
+    served, since = (*pairs, weight, best, by), 0
+    bounds = np.where(picked, -1.0, np.inf)
+    _greedy(picks, picked, bounds, np.full(len(picked), -1), served)
+    for at in range(rounds * k):
+        if since == at:  # no gains are known of these picks
+            gains[:] = 0
+            spread(partial(_exchanges, served, gains), ranges(len(gains), FEWEST))
+        i = at % k
+        free = np.where(picked, -1.0, gains[:, i])
+        row = int(free.argmax())
+        if free[row] > gains[picks[i], i] * (1 + RISE):
+            picked[picks[i]], picked[row] = False, True
+            picks[i], since = row, at + 1
+            best[:], by[:] = 0, k
+            for j in range(k):
+                _add(picks[j], j, served)
+        elif at - since + 1 >= k:
             break
     return picks

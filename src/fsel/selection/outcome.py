@@ -14,14 +14,12 @@ from fsel.captures.quality.findings import Health
 from fsel.core.capture import Capture, Views
 from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
-from fsel.core.problem import Method
+from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted, listed
 from fsel.features.conditioned import closeness, look_distance
 from fsel.selection.budget import Budget
 from fsel.selection.cover import Cover
-from fsel.selection.focus import Focus
-from fsel.selection.problem import request_problem
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
 from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
@@ -155,7 +153,7 @@ class Outcome:
     """A selection with what it was made from.
 
     Attributes:
-        capture, targets, selection, method, focus: of the request.
+        capture, targets, selection, problem, method: of the request.
         health: what is wrong with which frames; None where it was not looked for.
         seconds: of each step.
         seen: sparse points that the picks see, whose tracks number the picks in their order.
@@ -164,9 +162,9 @@ class Outcome:
     capture: Capture
     targets: Targets
     selection: Selection
+    problem: Problem
     method: Method
     health: Health | None
-    focus: Focus | None
     seconds: dict[str, float]
     seen: SparsePoints | None = None
 
@@ -193,11 +191,9 @@ class Outcome:
     @cached_property
     def standing(self) -> RejectionScores | None:
         """Scores of all frames at the last pick, where a linear rule made the picks."""
-        selection, blank = self.selection, np.zeros(len(self.capture))
-        if not np.isfinite(selection.scores).any():  # another selection was kept than the rule's
+        if not np.isfinite(self.selection.scores).any():  # another was kept than the rule's
             return None
-        problem = request_problem(self.capture, self.targets, blank, self.focus, None)
-        return explain_rejections(self.method, problem, selection.indices)
+        return explain_rejections(self.method, self.problem, self.selection.indices)
 
     @cached_property
     def sights(self) -> np.ndarray | None:

@@ -11,6 +11,7 @@ from types import NoneType
 import numpy as np
 
 from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality import Health
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
@@ -39,7 +40,7 @@ class SelectionRequest:
     whether it can be made.
 
     Without a `source`, the capture is yet to be opened. Without `images`, nothing is tried and
-    nothing measured.
+    nothing measured. With `health`, bad frames are known.
     """
 
     source: Capture | LazyCapture | None
@@ -59,6 +60,7 @@ class SelectionRequest:
     keep_bad: bool = False
     images: bool = True
     views: bool = False
+    health: Health | None = None
 
     @property
     def opened(self) -> LazyCapture | None:

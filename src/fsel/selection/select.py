@@ -34,9 +34,8 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     targets, health = checked.targets, None
     began, filed = time.perf_counter(), opened or of_capture(checked.capture)
     if filed is not None and not request.keep_bad:
-        targets, health = examined_targets(
-            filed, targets, checked.k, reporter, images=request.pictured
-        )
+        health = request.health or examined(filed, reporter.bar("health"), images=request.pictured)
+        targets, health = without_bad(targets, checked.capture, checked.k, health, reporter)
     if isinstance(checked.k, int):
         targets = targets.with_stand_ins(checked.capture, checked.k)
     examined_at = time.perf_counter()
@@ -44,37 +43,29 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     sharpness_of = _sharpness_of(checked, reporter)
     read = measured([checked.method], capture, sharpness_of, request.descriptors)
     seconds = {"health": examined_at - began, "images": time.perf_counter() - examined_at}
-    selection = _selection(replace(checked, targets=targets), capture, *read)
+    selection, problem = _selection(replace(checked, targets=targets), capture, *read)
     seconds["select"] = selection.seconds
-    return Outcome(capture, targets, selection, checked.method, health, checked.focus, seconds)
+    return Outcome(capture, targets, selection, problem, checked.method, health, seconds)
 
 
-def examined_targets(
-    opened: LazyCapture,
-    targets: Targets,
-    k: int | Auto | None,
-    reporter: Reporter,
-    *,
-    images: bool = True,
-    matching: bool = False,
+def without_bad(
+    targets: Targets, capture: Capture, k: int | Auto | None, health: Health, reporter: Reporter
 ) -> tuple[Targets, Health]:
     """Leave the bad frames of a capture out of what may be selected, and report them.
 
-    At least `k` frames remain, two where it is to be found: of bad ones the least bad. See
-    `fsel.captures.quality.examination.examined` for `images` and `matching`.
+    At least `k` frames remain, two where it is to be found: of bad ones the least bad.
     """
-    found = examined(opened, reporter.bar("health"), images=images, matching=matching)
-    pool = np.setdiff1d(targets.pool(opened.capture), targets.always)
+    pool = np.setdiff1d(targets.pool(capture), targets.always)
     least = max(k if isinstance(k, int) else 0, 2)
-    health = found.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
-    for line in in_words(health, opened.capture.names):
+    health = health.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
+    for line in in_words(health, capture.names):
         reporter.say(*line)
     return replace(targets, bad=np.sort(health.left_out)), health
 
 
 def _selection(
     checked: CheckedRequest, capture: Capture, sharpness: np.ndarray, descriptors: np.ndarray | None
-) -> Selection:
+) -> tuple[Selection, Problem]:
     """Pick frames of a capture that was read; the seconds that it takes count."""
     started, request = time.perf_counter(), checked.request
     targets, number, chosen = checked.targets, checked.k, None
@@ -102,7 +93,7 @@ def _selection(
     if request.cover:
         reached = cover_of(problem, frames, request.cover, request.cover_share)
     own = (chosen, tried, reached, targets.frames)
-    return Selection(names, frames, scores, seconds, checked.capture, *own)
+    return Selection(names, frames, scores, seconds, checked.capture, *own), problem
 
 
 def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -> Capture:

@@ -18,7 +18,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
 from fsel.core.geometry import MOST_LENGTH
-from fsel.core.points import RawPoints
+from fsel.core.points import RawPoints, by_key
 
 CAMERAS, IMAGES, POINTS = "cameras.bin", "images.bin", "points3D.bin"
 CAMERA = 4 + 4 + 8 + 8  # bytes of id, model, width, height
@@ -55,14 +55,14 @@ def is_binary(model: Path) -> bool:
 
 def _entries(path: Path) -> tuple[mmap, list[int]]:
     """Return a binary file of cameras, images or points, and where each of its entries begins."""
-    at, starts = 8, []
+    at, starts, kind = 8, [], path.name
     try:
         with path.open("rb") as file:
             content = mmap(file.fileno(), 0, access=ACCESS_READ)
         (count,) = unpack_from("<Q", content)
         for _ in range(count):
             starts.append(at)
-            at = _end(content, at, path.name)
+            at = _end(content, at, kind)
             if at > len(content):  # before a later entry is looked for there
                 raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
         if at != len(content):
@@ -111,7 +111,8 @@ def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None)
             reconstruction.write_binary(folder)
             model = Path(folder)
         content, starts = _entries(model / POINTS)
-        points = b"".join(content[at : at + POINT.itemsize] for at in starts)
+        rows, flat = np.array(starts, np.int64), np.frombuffer(content, np.uint8)
+        points = np.stack([flat[rows + i] for i in range(POINT.itemsize)], 1).view(POINT).ravel()
         content, starts = _entries(model / IMAGES)
     observations, names = {}, {}
     for at in starts:
@@ -119,7 +120,7 @@ def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None)
         (count,) = unpack_from("<Q", content, end + 1)
         names[key] = content[at + IMAGE : end].decode()
         observations[key] = np.frombuffer(content, OBSERVATION, count, end + 1 + 8)
-    return Observed(np.sort(np.frombuffer(points, POINT), order="key"), observations, names)
+    return Observed(points[np.argsort(points["key"], kind="stable")], observations, names)
 
 
 def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPoints | None:
@@ -144,7 +145,9 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
         raise ValueError(f"{source}: {name!r} observes point {key[at]}, which is not there")
     for at, _ in np.argwhere(~(np.abs(xyz) < MOST_LENGTH))[:1]:
         raise ValueError(f"{source}: point {keys[at]} lies at {xyz[at].tolist()}, not finite")
-    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
+    order, _ = by_key(point, len(keys))
+    again = (np.diff(point[order]) == 0) & (np.diff(frame[order]) == 0)
+    first = np.delete(order, np.flatnonzero(again) + 1)  # one observation a frame
     key, xy = key[first], xy[first]
     for at, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
         raise ValueError(f"{source}: point {key[at]} is seen at {xy[at].tolist()}")

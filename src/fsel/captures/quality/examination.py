@@ -37,10 +37,12 @@ def examined(
     *,
     images: bool = True,
     matching: bool = False,
+    shown: int | None = None,
 ) -> Health:
     """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
-    matches of every frame with two beside it too, some tenths of a second a frame."""
-    placed = _Placed(opened)
+    matches of every frame with two beside it too, some tenths of a second a frame. A page shows so
+    many of them, by default all."""
+    placed, shown = _Placed(opened), shown or len(opened.capture)
     found, detail, pictures = placed.misplaced(), None, {}
     if matching:
         pairs = choose_pairs(opened.raw.world_to_camera, len(opened.capture), PARTNERS)
@@ -50,8 +52,8 @@ def examined(
         error, limit = poses.epipolar(errors, len(opened.capture), side)
         found += exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
     if images and len(opened.capture) > NEAR:
-        shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
-        cells, small, sides, made = zip(*shown, strict=True)
+        seen = in_turn(lambda at: _look(opened, at, shown), opened.raw.images, progress)
+        cells, small, sides, made = zip(*seen, strict=True)
         pictures = {at: one for at, one in enumerate(made) if one}
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
@@ -85,13 +87,13 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
 
 
-def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
+def _look(opened: LazyCapture, at: int, shown: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
     """The cells of a frame's image, the image small and grey, the side that was measured, and the
     picture of a page, so that no frame is decoded for it again."""
-    count, made = len(opened.raw.names), None
+    made = None
     try:
         image = shrunk(opened.raw.images[at], opened.longest, SIDE)
-        made = picture(image, count) if count <= MOST_SHOWN else None
+        made = picture(image, shown) if len(opened.raw.names) <= MOST_SHOWN else None
     except ValueError:  # no decoder takes it
         image = np.zeros((1, 1, 3), np.uint8)
     side = max(image.shape[:2])
@@ -117,6 +119,8 @@ class _Placed:
         self.opened = opened
         self.points = opened.points or NO_POINTS
         self.rows = grouped_rows(self.points.track_frame, len(opened.capture))
+        self._seen = np.zeros(len(self.points.xyz), np.int64)  # by the frames that stay
+        self._counted = np.zeros(len(self.rows), bool)  # those frames, as `shown` was told last
 
     @cached_property
     def near(self) -> np.ndarray:
@@ -155,10 +159,11 @@ class _Placed:
         """Return whether frames show a frame's points or, without any, are near its pose."""
         if not len(self.rows[frame]):
             return bool(staying[self.near[frame]].any())
-        points = self.points
-        seen = np.zeros(len(points.xyz), bool)
-        seen[points.track_point[staying[points.track_frame]]] = True
-        return bool(seen[points.track_point[self.rows[frame]]].mean() >= SHOWN)
+        point = self.points.track_point
+        for other in np.flatnonzero(staying != self._counted):
+            self._seen[point[self.rows[other]]] += 1 if staying[other] else -1
+        self._counted = staying.copy()
+        return bool((self._seen[point[self.rows[frame]]] > 0).mean() >= SHOWN)
 
 
 class _Pictured:
