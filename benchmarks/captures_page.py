@@ -10,18 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from captures_unknown import (
-    EVEN,
-    EVERY,
-    KNOWN,
-    METHODS,
-    NEAR,
-    RULES,
-    SETTINGS,
-    SIZES,
-    TOLD,
-    TRIED,
-)
+from captures_unknown import EVEN, EVERY, KNOWN, METHODS, NEAR, RULES, SETTINGS, SIZES, TOLD, TRIED
 from scipy.stats import binomtest, bootstrap
 
 from fsel.evaluation.statistics import of_places

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fsel.core.capture import Capture
-from fsel.core.points import SparsePoints, grouped_rows
+from fsel.core.points import SparsePoints
 
 
 def capture(n=5, seed=0):
@@ -75,14 +75,6 @@ def test_views_are_joined_in_order():
     both, wanted = given.view([2, 0]).joined(given.view([1])), given.view([2, 0, 1])
     np.testing.assert_array_equal(both.world_to_camera, wanted.world_to_camera)
     assert (both.intrinsics.shape, both.size) == ((3, 4), given.size)
-
-
-@pytest.mark.parametrize("count", [4, 255, 256, 65_535, 65_536])
-def test_rows_of_every_key_also_at_the_ends_of_few_bytes(count):
-    keys = np.array([count - 1, 0, count - 2, count - 1])
-    rows = grouped_rows(keys, count)
-    assert [rows[key].tolist() for key in (0, count - 2, count - 1)] == [[1], [2], [0, 3]]
-    assert sum(len(row) for row in rows) == 4
 
 
 def test_resizing_keeps_the_field_of_view_and_the_mean():

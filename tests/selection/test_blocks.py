@@ -10,6 +10,7 @@ from selection_problems import around
 from small_captures import select
 
 from fsel.captures.lazy import open_capture
+from fsel.selection import blocks
 from fsel.selection.blocks import blocks_of
 
 
@@ -29,6 +30,13 @@ def test_blocks_of_a_ring_are_arcs_that_overlap(points, tmp_path):
     assert [arcs(block, 60) for block in found] == [1, 1, 1]
     for block, other in zip(found, [*found[1:], found[0]], strict=True):
         assert len(np.intersect1d(block, other)) > 1
+
+
+def test_a_sample_of_the_points_parts_a_ring_as_all_do(monkeypatch, tmp_path):
+    small_captures.write_ring(tmp_path / "ring", frames=60, cloud=300)
+    capture = open_capture(tmp_path / "ring").with_all_points()
+    monkeypatch.setattr(blocks, "ENOUGH", 1500)
+    assert [arcs(block, 60) for block in blocks_of(capture, 3)] == [1, 1, 1]
 
 
 def test_more_blocks_than_frames_are_refused():

@@ -31,12 +31,7 @@ log = logging.getLogger(__name__)
 
 
 def ingest(
-    raw: RawCapture,
-    source: str,
-    long_side: int,
-    *,
-    lazy: bool = False,
-    store: Path | None = None,
+    raw: RawCapture, source: str, long_side: int, *, lazy: bool = False, store: Path | None = None
 ) -> Capture:
     """Return a raw capture with every image opened, undistorted and resized, one by one.
 

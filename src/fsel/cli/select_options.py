@@ -64,11 +64,7 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
-    group.add_argument(
-        "--trainer",
-        choices=TRAINERS,
-        help=argparse.SUPPRESS,
-    )
+    group.add_argument("--trainer", choices=TRAINERS, help=argparse.SUPPRESS)
     text = (
         "pick the fewest frames that see every sparse point this many times, from different "
         "directions; with -k, the remaining frames are picked as usual"

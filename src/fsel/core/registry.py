@@ -30,12 +30,7 @@ class Registry(MutableMapping[str, Entry]):
     """
 
     def __init__(
-        self,
-        kind: str,
-        homes: Mapping[str, str],
-        *,
-        group: str | None = None,
-        ahead: bool = False,
+        self, kind: str, homes: Mapping[str, str], *, group: str | None = None, ahead: bool = False
     ) -> None:
         self.kind, self._own, self._group, self._ahead = kind, dict(homes), group, ahead
         self._found: dict[str, Entry] = {}

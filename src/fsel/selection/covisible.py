@@ -45,7 +45,7 @@ def covisible(
     taken = np.zeros(len(pool), bool)
     if targets is not None:
         weight, taken = weight * targets[seen.row], targets.copy()
-    return np.sort(_exchanged(pairs, weight, k, ROUNDS, taken))
+    return np.sort(_exchanged(pairs, weight, k, taken))
 
 
 def _kept(seen: Tracks) -> np.ndarray:
@@ -152,9 +152,7 @@ def _exchanges(served: Served, gains: np.ndarray, low: int, high: int) -> None:
             gains[r, i] += all_
 
 
-def _exchanged(
-    pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
-) -> np.ndarray:
+def _exchanged(pairs: Pairs, weight: np.ndarray, k: int, picked: np.ndarray) -> np.ndarray:
     """(k,) rows: the greedy ones, each exchanged for a better free one as long as there is any."""
     picks, gains = np.empty(k, np.int64), np.empty((len(picked), k + 1))
     best = np.zeros((len(weight), 3), np.float32)
@@ -162,7 +160,7 @@ def _exchanged(
     served, since = (*pairs, weight, best, by), 0
     bounds = np.where(picked, -1.0, np.inf)
     _greedy(picks, picked, bounds, np.full(len(picked), -1), served)
-    for at in range(rounds * k):
+    for at in range(ROUNDS * k):
         if since == at:  # no gains are known of these picks
             gains[:] = 0
             spread(partial(_exchanges, served, gains), ranges(len(gains), FEWEST))

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import lengths
-from fsel.core.points import SparsePoints
+from fsel.core.points import SparsePoints, grouped_rows
 from fsel.selection.paths import attention
 
 
@@ -21,11 +21,8 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
         pose = views.world_to_camera[points.track_frame]
         seen = points.xyz[points.track_point]
         depth = np.einsum("li,li->l", pose[:, 2, :3], seen) + pose[:, 2, 3]
-        depths = np.full(len(views), np.median(depth))
-        order = np.argsort(points.track_frame, kind="stable")
-        frames, starts = np.unique(points.track_frame[order], return_index=True)
-        depths[frames] = [np.median(part) for part in np.split(depth[order], starts[1:])]
-        return depths
+        rows, whole = grouped_rows(points.track_frame, len(views)), np.median(depth)
+        return np.array([np.median(depth[row]) if len(row) else whole for row in rows])
     centers = views.centers
     try:
         return lengths(attention(centers, views.axes) - centers)

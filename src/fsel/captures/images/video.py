@@ -120,12 +120,7 @@ class Sampling:
 
 
 def thin(
-    path: Path,
-    folder: Path,
-    pace: float,
-    *,
-    within: Spans = WHOLE,
-    progress: Progress = in_silence,
+    path: Path, folder: Path, pace: float, *, within: Spans = WHOLE, progress: Progress = in_silence
 ) -> list[SampledFrame]:
     """Write the sharpest frame of each of many equal stretches of a video, as JPEG.
 

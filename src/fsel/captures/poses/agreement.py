@@ -67,11 +67,7 @@ def measure(raw: RawCapture, bound: float) -> Agreement:
 
 
 def _agreement(
-    kind: str,
-    errors: Callable[[RawCapture], np.ndarray],
-    raw: RawCapture,
-    side: int,
-    bound: float,
+    kind: str, errors: Callable[[RawCapture], np.ndarray], raw: RawCapture, side: int, bound: float
 ) -> Agreement:
     pixels = errors(raw)
     # not interpolated: between a number and the infinity of a point behind its camera lies nan

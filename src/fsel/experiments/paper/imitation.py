@@ -16,12 +16,7 @@ SPLITS = {"train": "-", "validation": "--"}
 
 
 def imitation(
-    logs: Files,
-    figures: Files,
-    numbers: File,
-    *,
-    scenes: Mapping[str, str],
-    facts: Mapping,
+    logs: Files, figures: Files, numbers: File, *, scenes: Mapping[str, str], facts: Mapping
 ) -> None:
     """Draw loss in nats and agreement on training and validation scenes, a line a seed, from the
     logs of `fsel.stages.train`; `scenes` maps scenes to roles."""

@@ -1,8 +1,9 @@
-"""Evenly spaced rows, and the key of a subset of frames."""
+"""Evenly spaced rows, the key of a subset of frames, and the order of names."""
 
 import numpy as np
 import pytest
 
+from fsel.core.names import natural
 from fsel.core.subsets import evenly, subset_key
 
 
@@ -26,3 +27,8 @@ def test_rows_are_spaced_evenly(count, most, expected):
 def test_the_key_forgets_the_order_alone():
     assert subset_key(np.array([7, 2, 5])) == subset_key(np.array([5, 7, 2])) == (2, 5, 7)
     assert subset_key(np.array([2, 5])) != subset_key(np.array([2, 6]))
+
+
+def test_digits_that_are_no_numbers_sort_as_letters():
+    names = ["frame1²", "frame2", "frame10", "frame²"]
+    assert sorted(names[::-1], key=natural) == names
