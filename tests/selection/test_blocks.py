@@ -19,8 +19,9 @@ def arcs(frames, count):
     return int(np.sum(np.diff(np.sort(frames), append=np.min(frames) + count) > 1))
 
 
-@pytest.mark.parametrize("points", [True, False])
-def test_blocks_of_a_ring_are_arcs_that_overlap(points, tmp_path):
+@pytest.mark.parametrize(("points", "enough"), [(True, 6000), (True, 1500), (False, 6000)])
+def test_blocks_of_a_ring_are_arcs_that_overlap(points, enough, tmp_path, monkeypatch):
+    monkeypatch.setattr(blocks, "ENOUGH", enough)
     small_captures.write_ring(tmp_path / "ring", frames=60, cloud=300)
     capture = open_capture(tmp_path / "ring").with_all_points()
     capture = capture if points else replace(capture, points=None)
@@ -30,13 +31,6 @@ def test_blocks_of_a_ring_are_arcs_that_overlap(points, tmp_path):
     assert [arcs(block, 60) for block in found] == [1, 1, 1]
     for block, other in zip(found, [*found[1:], found[0]], strict=True):
         assert len(np.intersect1d(block, other)) > 1
-
-
-def test_a_sample_of_the_points_parts_a_ring_as_all_do(monkeypatch, tmp_path):
-    small_captures.write_ring(tmp_path / "ring", frames=60, cloud=300)
-    capture = open_capture(tmp_path / "ring").with_all_points()
-    monkeypatch.setattr(blocks, "ENOUGH", 1500)
-    assert [arcs(block, 60) for block in blocks_of(capture, 3)] == [1, 1, 1]
 
 
 def test_more_blocks_than_frames_are_refused():

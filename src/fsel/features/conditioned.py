@@ -28,7 +28,6 @@ EQUAL = 1e-9  # of a scene's depth: distances closer than this are one
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
 NOVEL = 0.2  # look distance from every pick at which a frame adds all of its closeness
 FAR = 75.0  # scene depths from every view that cost as much as the first frame of all views gains
-
 POINTS = 5.0  # what points that come into view weigh beside closeness
 
 SURROGATE_DECAY_START = 7.0

@@ -158,8 +158,7 @@ def _exchanged(pairs: Pairs, weight: np.ndarray, k: int, picked: np.ndarray) -> 
     best = np.zeros((len(weight), 3), np.float32)
     by = np.full(best.shape, k, np.int32)  # where fewer see it, a column that nobody reads
     served, since = (*pairs, weight, best, by), 0
-    bounds = np.where(picked, -1.0, np.inf)
-    _greedy(picks, picked, bounds, np.full(len(picked), -1), served)
+    _greedy(picks, picked, np.where(picked, -1.0, np.inf), np.full(len(picked), -1), served)
     for at in range(ROUNDS * k):
         if since == at:  # no gains are known of these picks
             gains[:] = 0

@@ -28,6 +28,12 @@ assert sys.argv[1:] == "p -om -m u2net_human_seg images masks".split(), sys.argv
 for file in Path("images").iterdir():
     shutil.copy("../../people/0.png", Path("masks", file.stem + ".png"))
 """
+MEDIAPIPE = """
+import numpy as np
+from types import SimpleNamespace as S
+left = S(process=lambda image: S(segmentation_mask=1.0 * (np.indices(image.shape[:2])[1] < 76)))
+solutions = S(pose=S(Pose=lambda **_: left))
+"""
 MOGRIFY = f"""#!{sys.executable}
 import sys, cv2
 assert sys.argv[1] == "-negate"
@@ -62,18 +68,26 @@ def by_rembg(folder, monkeypatch):
     monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
     image_files.write(255 - RIGHT[None], folder / "people", NAMES[:1])
     text = " ".join((ROOT / "docs" / "cli.md").read_text().split())
-    (line,) = re.findall(r'rembg: `"(.*?)"`', text)
+    (line,) = re.findall(r'rembg.*?: `"(.*?)"`', text)
     return program((line,), "mask-by")
 
 
-@pytest.mark.parametrize("kind", ["folder", "program", "network"])
+def by_example(folder, monkeypatch):
+    """The program of the examples; the package that finds people is a stand-in."""
+    (folder / "mediapipe.py").write_text(MEDIAPIPE)
+    line = f"env PYTHONPATH={folder} {sys.executable} {ROOT}/examples/mask_people.py"
+    return program((line,), "mask-by")
+
+
+@pytest.mark.parametrize("kind", ["folder", "program", "example", "network"])
 def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch):
     monkeypatch.setattr(features, "network", Everywhere)
     work = Work(tmp_path / "work", features="aliked" if kind == "network" else "sift")
     work.folder.mkdir()
     raw, database = bare.read(photos), work.folder / sfm.DATABASE
     names = runs.linked(raw.images, work.folder / "images", ())
-    made = by_rembg(tmp_path, monkeypatch) if kind == "program" else tmp_path / "masks"
+    by = {"program": by_rembg, "example": by_example}
+    made = by[kind](tmp_path, monkeypatch) if kind in by else tmp_path / "masks"
     sfm._mask(raw, names, work.folder, made)
     runs.extract(database, work.folder / "images", names, work)
     with pycolmap.Database.open(str(database)) as stored:

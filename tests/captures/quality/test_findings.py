@@ -58,8 +58,8 @@ def test_no_more_than_so_many_are_left_out():
 
 
 def test_a_part_numbers_its_frames_anew():
-    gone, pictures = np.array([5, 1, 7]), {1: b"one", 4: b"four"}
-    health = Health(found(b1=3.0, m5=2.0, e7=1.5), np.arange(9.0), gone, np.array([2, 3]), pictures)
+    left, pictures = (np.array([5, 1, 7]), np.array([2, 3])), {1: b"one", 4: b"four"}
+    health = Health(found(b1=3.0, m5=2.0, e7=1.5), np.arange(9.0), *left, pictures)
     part = health.part(np.array([1, 3, 4, 7]))
     assert [(one.frame, one.kind) for one in part.findings] == [(0, BLURRED), (3, EXPOSED)]
     assert (part.left_out.tolist(), part.alone.tolist()) == ([0, 3], [1])
