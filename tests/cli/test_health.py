@@ -47,8 +47,7 @@ def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
     assert [row["name"] for row in rows] == list(bad)
     assert float(rows[0]["value"]) == bad[BLURRED]["value"]
     assert set(fsel.bad_frames(spoilt)) == kinds.keys()
-    printed = capsys.readouterr().out
-    assert f"exposure  1 frame left out: {DARK} (" in printed
+    assert f"exposure  1 frame left out: {DARK} (" in capsys.readouterr().out
     assert {f["blurred"] for f in content["frames"]} == {False}
     assert (tmp_path / "out" / "report.html").read_text().count('class="frame bad"') == 3
 

@@ -32,8 +32,7 @@ def test_a_box_outside_of_the_scene_is_refused_with_the_scenes_bounds(capture, t
     np.testing.assert_allclose([low[0], high[0]], [-4, 4])  # the ring of cameras
     for box in ([100, 20, 0, 101, 21, 1], [4.1, 0, 0, 5, 1, 1]):
         assert select(capture, "-k", 4, "--box", *box, "-o", tmp_path / "out") == 1
-        printed = capsys.readouterr().err
-        assert "lies outside of the scene, which reaches from [-4.0" in printed
+        assert "lies outside of the scene, which reaches from [-4.0" in capsys.readouterr().err
     assert run("info", capture) == 0
     assert "bounds    -4 " in capsys.readouterr().out
 

@@ -134,7 +134,7 @@ def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
         image = cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise
         files.append(tmp_path / f"{number}.jpg")
         cv2.imwrite(str(files[-1]), image)
-    measured = previews.sharpness_of_files(files, 1920)
+    measured = previews.sharpness_among(files, 1920)(range(len(files)))
     whole = sharpness(np.stack([cv2.imread(str(file)) for file in files]))
     np.testing.assert_array_equal(np.argsort(measured), np.argsort(whole))
 
@@ -146,7 +146,7 @@ def test_a_reduced_image_keeps_the_side_that_is_needed(width, side, tmp_path, mo
         previews, "variance_of_laplacian", lambda grey: shapes.append(grey.shape) or 0.0
     )
     cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((width // 2, width, 3), np.uint8))
-    previews.sharpness_of_files([tmp_path / "a.jpg"], width)
+    previews.sharpness_among([tmp_path / "a.jpg"], width)([0])
     assert shapes[0][1] >= min(width, previews.SHARPNESS_SIDE)
     assert shapes[0][1] < max(2 * previews.SHARPNESS_SIDE + 8, width // 8 + 8)
     (small,) = previews.thumbnails([tmp_path / "a.jpg"], width, side)

@@ -75,8 +75,7 @@ def test_genetic_search_improves_and_keeps_every_subset():
 
 
 def test_without_variation_nothing_new_is_evaluated():
-    result = run(crossover=0.0, mutation=0.0)
-    assert result.generation.max() == 0
+    assert run(crossover=0.0, mutation=0.0).generation.max() == 0
 
 
 FAMILIES = np.arange(600).reshape(20, 30)  # disjoint parents; frames from 600 on are nobody's

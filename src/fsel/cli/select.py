@@ -57,12 +57,15 @@ def run(args: argparse.Namespace, console: Console) -> None:
         )
     wanted = _request(args)
     vet(wanted)  # before poses are sought
-    if args.blocks:
+    if args.blocks or args.block_size:
         from fsel.cli import blocks  # here: sparse algebra takes long to import
+        from fsel.selection.blocks import number_of
 
         blocks.vet(args)
     with staged(args.out, inputs_of(args), args.force) as stage:
         source = opened(args, console)
+        if args.block_size:
+            args.blocks = number_of(len(source.capture), args.block_size)
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         number = _auto(args, source, form) if args.k == AUTO else args.k

@@ -73,7 +73,10 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--cover", type=whole(1, MOST_TIMES), default=0, metavar="TIMES", help=text)
     group.add_argument("--cover-share", type=positive, default=1.0, help=argparse.SUPPRESS)
     text = "cut a large scene into N overlapping blocks of cameras, and pick -k frames of each"
-    group.add_argument("--blocks", type=whole(2), metavar="N", help=text)
+    text += "; --block-size 200: in blocks of at most 200 frames"
+    either = group.add_mutually_exclusive_group()
+    either.add_argument("--blocks", type=whole(2), metavar="N", help=text)
+    either.add_argument("--block-size", type=whole(5), help=argparse.SUPPRESS)
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:

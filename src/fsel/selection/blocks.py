@@ -36,6 +36,12 @@ def blocks_of(capture: Capture, count: int) -> list[np.ndarray]:
     return [np.union1d(part, _beside(shown, part)) for part in parts]
 
 
+def number_of(count: int, most: int) -> int:
+    """Return the number of blocks of so many frames, at most `most` in each with its overlap."""
+    parts = (-(-count // number) for number in range(1, count + 1))
+    return next(n for n, part in enumerate(parts, 1) if part + np.ceil(OVERLAP * part) <= most)
+
+
 def _sightings(capture: Capture) -> csr_array:
     """Return (N, M) which frame sees which point: the product with its transpose is covisibility.
 

@@ -41,30 +41,25 @@ def variance_of_laplacian(grey: np.ndarray) -> float:
     return float(cv2.Laplacian(grey, cv2.CV_64F).var())
 
 
-def sharpness_of_files(
-    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
-) -> np.ndarray:
-    """(N,) variance of the Laplacian of files' grey images, see `fsel.captures.images.previews`.
-
-    Args:
-        files: N images of one camera, so that all are reduced alike: comparable within a call only.
-        longest: pixels of the images' longer side, as their cameras state it.
-        progress: wraps the loop.
-    """
-    side = SHARPNESS_SIDE if len(files) < MANY else SHARPNESS_SIDE // 2
-    flag = GREY[image_files.reduction(longest, side)]
-
-    def measure(at: int) -> float:
-        return variance_of_laplacian(image_files.load(files[at], flag))
-
-    return np.array(in_turn(measure, files, progress))
-
-
 def sharpness_among(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the measurement of some files by their numbers; see `sharpness_of_files`."""
-    return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
+    """Return what measures (n,) of the files by their numbers: the variance of the Laplacian of
+    grey images, all reduced alike, so that it is comparable within a call only.
+
+    `longest` is the longer side of the images in pixels, as their cameras state it.
+    """
+
+    def measure(frames: np.ndarray) -> np.ndarray:
+        side = SHARPNESS_SIDE if len(frames) < MANY else SHARPNESS_SIDE // 2
+        flag, some = GREY[image_files.reduction(longest, side)], [files[i] for i in frames]
+
+        def of_file(at: int) -> float:
+            return variance_of_laplacian(image_files.load(some[at], flag))
+
+        return np.array(in_turn(of_file, some, progress))
+
+    return measure
 
 
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:

@@ -59,16 +59,14 @@ class Health:
         return np.unique([f.frame for f in self.findings if f.kind == kind]).astype(np.int64)
 
     def part(self, frames: np.ndarray) -> Health:
-        """Return the health of (n,) of the frames, numbered anew."""
+        """Return the health of (n,) ascending frames of it, numbered anew."""
         place = {frame: at for at, frame in enumerate(frames.tolist())}
-        gone, alone = (
-            np.array([place[frame] for frame in all_.tolist() if frame in place], np.int64)
-            for all_ in (self.left_out, self.alone)
-        )
+        gone, alone = (part[np.isin(part, frames)] for part in (self.left_out, self.alone))
         return Health(
             tuple(f._replace(frame=place[f.frame]) for f in self.findings if f.frame in place),
             None if self.sharpness is None else self.sharpness[frames],
-            *(gone, alone),
+            np.searchsorted(frames, gone),
+            np.searchsorted(frames, alone),
             {place[at]: jpeg for at, jpeg in self.pictures.items() if at in place},
         )
 

@@ -103,10 +103,8 @@ def left(outcome: Outcome) -> list[dict]:
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
-        if frame not in pool:
-            reason = _left_out(outcome, frame)
-        else:
-            reason = f"near {near}; {by_rule.get(frame, kept)}"
+        why = f"near {near}; {by_rule.get(frame, kept)}"
+        reason = why if frame in pool else _left_out(outcome, frame)
         entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
     return entries
 
@@ -116,12 +114,9 @@ def unplaced(found: dict | None) -> list[dict]:
     if found is None:
         return []
     seconds = {shot["name"]: f", at {shot['seconds']:.1f} s" for shot in found["video"]}
+    why = f"not placed by {found['by']}"
     return [
-        {
-            "name": name,
-            "reason": f"not placed by {found['by']}{seconds.get(name, '')}",
-            "closest_pick": None,
-        }
+        {"name": name, "reason": why + seconds.get(name, ""), "closest_pick": None}
         for name in found["not_placed"]
     ]
 
