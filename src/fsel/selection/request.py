@@ -40,7 +40,7 @@ class SelectionRequest:
     whether it can be made.
 
     Without a `source`, the capture is yet to be opened. Without `images`, nothing is tried and
-    nothing measured. With `health`, bad frames are known.
+    nothing measured. `health` says which frames are bad, if known.
     """
 
     source: Capture | LazyCapture | None

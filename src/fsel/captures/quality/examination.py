@@ -40,8 +40,8 @@ def examined(
     shown: int | None = None,
 ) -> Health:
     """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
-    matches of every frame with two beside it too, some tenths of a second a frame. A page shows so
-    many of them, by default all."""
+    matches of every frame with two beside it too, some tenths of a second a frame. Pictures are as
+    small as a page of `shown` frames wants them, by default of all."""
     placed, shown = _Placed(opened), shown or len(opened.capture)
     found, detail, pictures = placed.misplaced(), None, {}
     if matching:
