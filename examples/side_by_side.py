@@ -18,8 +18,8 @@ from PIL import Image
 
 import fsel
 from fsel.captures.images.video import levels
-from fsel.core.capture import Capture
 from fsel.cli.render import flight
+from fsel.core.capture import Capture
 
 METHODS = {"uniform": "uniform sampling", "fsel": "fsel"}
 SCENE = ("tanks_and_temples", 2)  # family and seed of the generated capture
