@@ -17,7 +17,7 @@ from fsel.core.subsets import evenly
 MOST_FRAMES = 1000  # that stand for a whole capture: reconstructing takes memory with every frame
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Problem:
     """One selection problem (paper, section 3.1).
 

@@ -38,8 +38,7 @@ def blocks_of(capture: Capture, count: int) -> list[np.ndarray]:
 
 def number_of(count: int, most: int) -> int:
     """Return the number of blocks of so many frames, at most `most` in each with its overlap."""
-    parts = (-(-count // number) for number in range(1, count + 1))
-    return next(n for n, part in enumerate(parts, 1) if part + np.ceil(OVERLAP * part) <= most)
+    return -(-count // int(most / (1 + OVERLAP)))
 
 
 def _sightings(capture: Capture) -> csr_array:

@@ -116,10 +116,8 @@ def _add(r: int, i: int, served: Served) -> None:
 def _greedy(
     picks: np.ndarray, picked: np.ndarray, gains: np.ndarray, known: np.ndarray, served: Served
 ) -> None:
-    """Fill the picks one by one by what they add, which falls with every pick (Minoux 1978).
-
-    `gains` are upper bounds, -1 where `picked`, and `known` before which pick they were added up.
-    """
+    """Fill the picks one by one by what they add, which falls with every pick (Minoux 1978):
+    `gains` are upper bounds, -1 where `picked`, and `known` before which pick they were found."""
     start, partner, worth, weight, best, _ = served
     for i in range(len(picks)):
         r = gains.argmax()

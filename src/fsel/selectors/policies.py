@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -91,9 +91,8 @@ class Policy:
         left = tuple(own for own in self.inputs if own not in inputs)
         return replace(self, name=name, label=f"{self.label}, {label}", inputs=left)
 
-    @lru_cache(maxsize=1)  # noqa: B019 policies live as long as the program
     def prepare(self, problem: Problem) -> Prepared:
-        """Compute what no pick changes; kept for the report, which explains the picks just made."""
+        """Compute what no pick changes."""
         capture, frames = problem.capture, problem.pool(self.pool)
         by_targets = self.reference == "targets"
         references = problem.targets if by_targets else capture.view(problem.proxies)

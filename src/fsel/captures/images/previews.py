@@ -45,10 +45,8 @@ def sharpness_among(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Return what measures (n,) of the files by their numbers: the variance of the Laplacian of
-    grey images, all reduced alike, so that it is comparable within a call only.
-
-    `longest` is the longer side of the images in pixels, as their cameras state it.
-    """
+    grey images, all reduced alike, so that it is comparable within a call only; `longest` is their
+    longer side in pixels, as their cameras state it."""
 
     def measure(frames: np.ndarray) -> np.ndarray:
         side = SHARPNESS_SIDE if len(frames) < MANY else SHARPNESS_SIDE // 2

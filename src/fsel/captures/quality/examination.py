@@ -90,12 +90,11 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 def _look(opened: LazyCapture, at: int, shown: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
     """The cells of a frame's image, the image small and grey, the side that was measured, and the
     picture of a page, so that no frame is decoded for it again."""
-    made = None
     try:
         image = shrunk(opened.raw.images[at], opened.longest, SIDE)
         made = picture(image, shown) if len(opened.raw.names) <= MOST_SHOWN else None
     except ValueError:  # no decoder takes it
-        image = np.zeros((1, 1, 3), np.uint8)
+        image, made = np.zeros((1, 1, 3), np.uint8), None
     side = max(image.shape[:2])
     grey, scale = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), min(1.0, THUMBNAIL / side)
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -120,7 +119,7 @@ class _Placed:
         self.points = opened.points or NO_POINTS
         self.rows = grouped_rows(self.points.track_frame, len(opened.capture))
         self._seen = np.zeros(len(self.points.xyz), np.int64)  # by the frames that stay
-        self._counted = np.zeros(len(self.rows), bool)  # those frames, as `shown` was told last
+        self._counted = np.zeros(len(self.rows), bool)  # the frames that it counts
 
     @cached_property
     def near(self) -> np.ndarray:
