@@ -201,7 +201,7 @@ def test_a_turn_and_a_shift_make_the_speed():
     ("given", "left"),
     [
         ("select a -k 7 --always k.txt --ne=d.txt -o b --force", "select a"),
-        ("select a -k7 --cover 3 --cover-s 0.9 --meth uniform", "select a"),
+        ("select a -k7 --pati 3 --meth uniform", "select a"),
         ("select a -k auto --vram 8GB --trainer gsplat --quiet", "select a --quiet"),
         ("select a --max-error 1 --rate 2", "select a --max-error 1 --rate 2"),
     ],

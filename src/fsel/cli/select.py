@@ -39,8 +39,7 @@ from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: keeping the best selection so far; press Ctrl-C again to quit"
 AGAINST = (
-    *("-k", "--always", "--never", "--cover", "--cover-share", "--method", "--vram", "--trainer"),
-    *("--patience", "-o", "--out"),
+    *("-k", "--always", "--never", "--method", "--vram", "--trainer", "--patience", "-o", "--out"),
 )
 """Options that the command of a page, which changes single picks, leaves out or states itself."""
 
@@ -138,8 +137,6 @@ def _request(args: argparse.Namespace) -> SelectionRequest:
         method=args.method,
         weights=args.weights,
         patience=args.patience,
-        cover=args.cover,
-        cover_share=args.cover_share,
         focus=args.box if args.masks is None else args.masks,
         always=args.always,
         never=args.never,
@@ -235,8 +232,6 @@ def _say_outcome(console: Console, outcome: Outcome) -> None:
     console.say("result", record.summary(outcome))
     if selection.budget is not None:
         console.say("k", record.reason(selection.budget))
-    if selection.cover is not None:
-        console.say("cover", record.covered(selection.cover))
     name = outcome.method.name if selection.tried is None else selection.tried.kept
     picked = f"{counted(len(selection), 'frame')} by {name}"
     console.say("picked", f"{picked}, service {outcome.service.curve[-1]:.1%}")

@@ -16,7 +16,7 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
-from fsel.selection.export.record import covered, reason, summary, trials
+from fsel.selection.export.record import reason, summary, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 from fsel.selection.validation import STATED, WHOLE, ValidationResult
@@ -58,7 +58,6 @@ def page(shown: ReportContent) -> str:
         f"{counted(len(outcome.targets.views), 'view')}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
-    sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
     body = [
         f"<h1>{heading}</h1>",

@@ -19,7 +19,6 @@ from fsel.core.subsets import evenly
 from fsel.core.wording import counted, listed
 from fsel.features.conditioned import closeness, look_distance
 from fsel.selection.budget import Budget
-from fsel.selection.cover import Cover
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
 from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
@@ -41,7 +40,6 @@ class Selection:
         capture: that was selected from.
         budget: how k was found.
         tried: what was tried on the capture's own frames, or on the targets' images.
-        cover: how often the picks see the sparse points.
         held_out: (F,) int64 frames that are targets.
     """
 
@@ -52,7 +50,6 @@ class Selection:
     capture: Capture
     budget: Budget | None = None
     tried: ValidationResult | None = None
-    cover: Cover | None = None
     held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def __repr__(self) -> str:

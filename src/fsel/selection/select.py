@@ -19,7 +19,6 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.selection import budget
 from fsel.selection.bad_frames import in_words
 from fsel.selection.budget import Auto, Budget
-from fsel.selection.cover import cover_of, seeing_all
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem
@@ -49,7 +48,7 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
 
 
 def without_bad(
-    targets: Targets, capture: Capture, k: int | Auto | None, health: Health, reporter: Reporter
+    targets: Targets, capture: Capture, k: int | Auto, health: Health, reporter: Reporter
 ) -> tuple[Targets, Health]:
     """Leave the bad frames of a capture out of what may be selected, and report them.
 
@@ -74,13 +73,10 @@ def _selection(
         stepwise = isinstance(checked.method, ScoringMethod)
         ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
-    if request.cover:
-        problem = seeing_all(problem, number, request.cover, request.cover_share)
-    count = len(problem.fixed_picks) if number is None else number
-    if isinstance(count, Auto):
-        frames, scores, chosen = _enough(problem, targets.views, ranked, count)
+    if isinstance(number, Auto):
+        frames, scores, chosen = _enough(problem, targets.views, ranked, number)
     else:
-        frames, scores = ranked(problem, count)
+        frames, scores = ranked(problem, number)
     tried = None
     if checked.patience.seconds and len(problem.fixed_picks) < len(frames):
         from fsel.selection.halving import validated  # here: it imports a reconstructor
@@ -89,10 +85,8 @@ def _selection(
     if tried is not None and subset_key(tried.frames) != subset_key(frames):
         frames, scores = tried.frames, np.full(len(frames), np.nan)
     seconds = time.perf_counter() - started
-    names, reached = tuple(capture.names[i] for i in frames), None
-    if request.cover:
-        reached = cover_of(problem, frames, request.cover, request.cover_share)
-    own = (chosen, tried, reached, targets.frames)
+    names = tuple(capture.names[i] for i in frames)
+    own = (chosen, tried, targets.frames)
     return Selection(names, frames, scores, seconds, checked.capture, *own), problem
 
 
@@ -102,7 +96,7 @@ def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -
     if {"appearance", "images"} & set(checked.method.reads):
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
-        if checked.method.tracks or checked.patience.seconds or checked.request.cover:
+        if checked.method.tracks or checked.patience.seconds:
             return opened.with_all_points()
         return opened.with_points() if isinstance(checked.k, Auto) else opened.capture
 

@@ -17,7 +17,6 @@ from fsel.core.problem import Method
 from fsel.core.wording import counted
 from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
-from fsel.selection.cover import Cover
 from fsel.selection.export.subset import Form
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
@@ -50,7 +49,6 @@ def content(
         },
         "settings": stated["settings"] | {"method": outcome.method.name},
         "tried": None if selection.tried is None else _validation(selection.tried),
-        "cover": None if selection.cover is None else asdict(selection.cover),
         "budget": None if budget is None else asdict(budget) | {"reason": reason(budget)},
         "scorer": _scorer(outcome.method),
         "versions": {"python": platform.python_version()} | {p: version(p) for p in PACKAGES},
@@ -209,17 +207,6 @@ def trials(tried: ValidationResult) -> str:
     return (
         f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
         f"kept: {tried.kept}. dB over {first}: {scores}"
-    )
-
-
-def covered(cover: Cover) -> str:
-    """Say how often points are seen, in words."""
-    part = "each" if cover.share == 1 else f"{cover.share:.0%}"
-    full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
-    return (
-        f"{cover.points:,} points seen by {counted(cover.times, 'frame')} or more: "
-        f"{counted(cover.frames, 'frame')} are enough to see {part} {cover.times} "
-        f"times; the picks do so for {full:.1%} of them, uniform sampling for {even:.1%}"
     )
 
 
