@@ -37,7 +37,7 @@ def test_a_signal_amid_imports_is_one_line(number, code, module):
         [sys.executable, "-c", script],
         capture_output=True,
         text=True,
-        timeout=25,
+        timeout=6000,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert done.returncode == code
@@ -120,7 +120,7 @@ def test_libraries_do_not_speak_before_the_command(tmp_path):
         path.write_bytes(content)
     script = "import sys; from fsel.cli import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", script, "info", str(tmp_path / "ring"), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert (done.returncode, done.stderr) == (0, "")
 
 

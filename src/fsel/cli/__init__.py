@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from types import FrameType
 
 REFUSED = 1
-INTERRUPTED = 130
 FULL = (errno.ENOSPC, errno.EDQUOT)
-SAID = "fsel: interrupted, nothing was written"
+SAID, LATE = "fsel: interrupted, nothing was written", "fsel: interrupted, after all was written"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,15 +50,19 @@ def _run(args: Namespace, interruption: Interruption) -> int:
             set_threads(args.threads)
         interruption.working = True
         command.run(args, Console(args.quiet, args.json))
+        interruption.working, interruption.said = False, LATE
     except BaseException as error:
         interruption.working = False
         if interruption.number or isinstance(error, KeyboardInterrupt):
             print(SAID, file=sys.stderr)
-            return 128 + interruption.number if interruption.number else INTERRUPTED
+            return 128 + (interruption.number or signal.SIGINT)
         if not isinstance(error, ValueError | OSError | MemoryError | ImportError):
             raise
         print(f"fsel: {_in_words(error, args)}", file=sys.stderr)
         return REFUSED
+    if interruption.number:  # a library lost it
+        print(LATE, file=sys.stderr)
+        return 128 + interruption.number
     return 0
 
 
@@ -88,6 +91,7 @@ class Interruption:
     def __init__(self) -> None:
         self.number = 0  # of the signal
         self.working = False  # whether there is anything to clear up
+        self.said = SAID
 
     def __enter__(self) -> Interruption:
         signals = (signal.SIGINT, signal.SIGTERM)
@@ -104,7 +108,7 @@ class Interruption:
         self.number = number
         if self.working:
             raise KeyboardInterrupt
-        print(SAID, file=sys.stderr, flush=True)
+        print(self.said, file=sys.stderr, flush=True)
         os._exit(128 + number)
 
 

@@ -79,14 +79,14 @@ class Selection:
             link: whether images are hard links.
             long_side: pixels that the images are reduced to; None as they are.
             points: `seen` by two picks, `all` or `none`.
-            force: whether what is there is replaced.
+            force: whether what an earlier export wrote there is replaced.
 
         Returns:
             The folder.
 
         Raises:
             ValueError: for a capture whose image files are not there.
-            FileExistsError: for a folder that is there already.
+            FileExistsError: for a folder that is there already, or has files of others in it.
 
         Example:
             >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
@@ -101,7 +101,8 @@ class Selection:
             )
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
-        with staged(Path(folder), [], force) as stage:
+        read = {file.parent for file in source.raw.images if isinstance(file, Path)}
+        with staged(Path(folder), sorted(read), force) as stage:
             subset.write(stage, source, self.indices, self.held_out, form)
         return Path(folder)
 
