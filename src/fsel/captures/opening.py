@@ -74,7 +74,7 @@ def opened(
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
     if (opening.features or opening.pose_masks) and not sought:
         what = "--features" if opening.features else "--masks poses:DIR"
-        raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: --poses colmap")
+        raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: `poses=colmap`")
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
@@ -216,7 +216,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     if len({source.panoramic for source in sources}) > 1:
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
     if opening.views and not sources[0].panoramic:
-        raise ValueError(f"{paths[0]}: views (--views) are of panoramas (2:1); it is none")
+        raise ValueError(f"{paths[0]}: `views=True` is for panoramas (2:1); it is none")
     if sources[0].panoramic and opening.by:
         raise ValueError(f"{paths[0]}: is a 360-degree panorama, which --by does not support")
     for path in (source.path for source in sources if source.filmed and video.is_hdr(source.path)):

@@ -233,7 +233,7 @@ def validated(
         raise ValueError(
             f"{source}: {agreement}; allowed is a median of "
             f"{max_error * agreement.long_side:.1f}. Likely cause: {agreement.cause}. Hint: "
-            "`max_error` (--max-error) sets the limit"
+            "`max_error=SHARE` sets the limit"
         )
     return raw, agreement
 
@@ -273,7 +273,7 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     if missing:  # before any is opened: a capture may have a million
         raise ValueError(
             f"{missing[0]}: image file is missing ({len(missing)} in all). Hint: "
-            "`skip_unreadable` (--skip-unreadable) leaves such frames out"
+            "`skip_unreadable=True` leaves such frames out"
         )
     sizes = in_turn(lambda at: image_files.size_of(files[at][0]), [file for file, _ in files])
     first = frame = common_frame(raw.cameras, long_side)

@@ -151,7 +151,7 @@ def _moving(
     if len(shots) < video.FEWEST:
         raise ValueError(
             f"{source.path}: yields {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
-            "needed. Hint: --video-frames or --rate sample more frames"
+            "needed. Hint: `video_frames=N` or `rate=N` samples more frames"
         )
     if len(moving) < video.FEWEST:
         raise ValueError(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from contextlib import contextmanager
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 REFUSED = 1
 FULL = (errno.ENOSPC, errno.EDQUOT)
+STANDARD_OUTPUT = "standard output"
+ARGUMENT = re.compile(r"`(\w+)=(\w+)`")  # of Python, in messages of the library
 SAID, LATE = "fsel: interrupted, nothing was written", "fsel: interrupted, after all was written"
 
 
@@ -71,14 +74,20 @@ def _in_words(error: Exception, args: Namespace) -> str:
     read = getattr(args, "capture", None) or getattr(args, "out", None)
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(args, "out", None) or read
-        if error.errno in FULL:  # a copy's error has the name of what was read
+        if error.errno in FULL and named != STANDARD_OUTPUT:  # a copy's error has the name of what was read
             named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{read}: does not fit in memory"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
         return f"{read}: the cameras' poses are degenerate ({error})"
-    return " ".join(str(error).split("\n"))
+    return ARGUMENT.sub(_as_option, " ".join(str(error).split("\n")))
+
+
+def _as_option(argument: re.Match) -> str:
+    """Return the option that an argument of Python is on the command line."""
+    value = "" if argument[2] == "True" else f" {argument[2]}"
+    return f"--{argument[1].replace('_', '-')}{value}"
 
 
 class Interruption:

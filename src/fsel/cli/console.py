@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
+from fsel.cli import STANDARD_OUTPUT
 from fsel.core.files import json_text
 
 PATIENCE = 2.0  # seconds before a bar is shown
@@ -30,7 +32,7 @@ class Console(Reporter):
     def text(self, block: str) -> None:
         """Print lines on standard output, as they are."""
         if not (self.quiet or self.as_json):
-            print(block, end="", flush=True)
+            _print(block)
 
     def warn(self, text: str) -> None:
         """Print a line on standard error."""
@@ -40,7 +42,7 @@ class Console(Reporter):
     def give(self, result: dict) -> None:
         """Print the result, for scripts that take it."""
         if self.as_json:
-            print(json_text(result))
+            _print(json_text(result) + "\n")
 
     @contextmanager
     def clock(self, label: str) -> Iterator[None]:
@@ -105,6 +107,15 @@ class Console(Reporter):
     def silent(self) -> bool:
         """Check whether no bar is shown: with --quiet, and where no terminal would show it."""
         return self.quiet or not sys.stderr.isatty()
+
+
+def _print(text: str) -> None:
+    """Print on standard output; what cannot be printed is dropped when the process ends, too."""
+    try:
+        print(text, end="", flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise OSError(error.errno, error.strerror, STANDARD_OUTPUT) from error
 
 
 class _Report:

@@ -110,11 +110,11 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
     targets = targets.wished(capture, request.always, request.never)
     number = panorama_of(capture)
     if request.views and number is None:
-        raise ValueError(f"{capture.source}: views (--views) are of panoramas; it has none")
+        raise ValueError(f"{capture.source}: `views=True` is for panoramas; it has none")
     number = None if request.views else number
     if number is not None and not isinstance(k, int):
         raise ValueError(
-            f"{capture.source}: of panoramas a number k is picked. Hint: views (--views) picks "
+            f"{capture.source}: of panoramas a number k is picked. Hint: `views=True` picks "
             "their views one by one"
         )
     checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0), number)
@@ -179,7 +179,7 @@ def _check_number(request: SelectionRequest, k: int | Auto, method: Method) -> N
     auto = isinstance(k, Auto)
     if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
-            "frames to select always (--always) need a number of frames and a method that begins "
+            "`always=NAMES` needs a number of frames and a method that begins "
             f"with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and the "
             f"method {method.name}"
         )

@@ -39,10 +39,7 @@ def explained(path: Path) -> str:
     if not any(path.iterdir()):
         return "; the folder is empty"
     if find(path, (*ENDINGS, *image_files.HEIC)):
-        return (
-            "; its images have no poses. Hint: --poses colmap finds them (in a config "
-            "`poses: colmap` or a program, or `poses: file` reads them)"
-        )
+        return "; its images have no poses. Hint: `poses=colmap` finds them"
     if films := find(path, video.ENDINGS):
         return f"; it has videos. Hint: name them, such as {films[0]}"
     raw = find(path, RAW)
