@@ -98,7 +98,7 @@ def test_a_folder_takes_the_place_of_no_file(tmp_path):
 def test_a_name_that_is_not_utf8_is_refused_before_work(write, tmp_path):
     strange = tmp_path / os.fsdecode(b"a\xff")
     for out, inputs in ((strange / "out", []), (tmp_path / "größe", [strange])):
-        with pytest.raises(ValueError, match="udcff.*not UTF-8"):
+        with pytest.raises(ValueError, match=r"udcff.*not UTF-8"):
             write(out, inputs=inputs)
     write(tmp_path / "größe")
     assert names(tmp_path) == {"größe"}

@@ -71,11 +71,13 @@ def _run(args: Namespace, interruption: Interruption) -> int:
 
 def _in_words(error: Exception, args: Namespace) -> str:
     """Return one line that names a file."""
+    from fsel.core.files import cache
+
     read = getattr(args, "capture", None) or getattr(args, "out", None)
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(args, "out", None) or read
-        if error.errno in FULL and named != STANDARD_OUTPUT:  # a copy's error has the name of what was read
-            named = getattr(args, "out", None) or named
+        if error.errno in FULL and not str(named).startswith((STANDARD_OUTPUT, str(cache()))):
+            named = getattr(args, "out", None) or named  # a copy's error names what was read
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{read}: does not fit in memory"

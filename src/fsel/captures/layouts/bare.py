@@ -17,7 +17,6 @@ ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
 RAW = (".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".raf", ".rw2")
 RAW_HINT = ". Hint: develop RAW photos to JPEG first, as with RawTherapee or darktable-cli"
-DUAL = (".insv", ".insp", ".360", ".osv")  # what 360-degree cameras write
 
 
 def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
@@ -32,7 +31,7 @@ def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
 
 def explained(path: Path) -> str:
     """Return what to do with a path that holds no capture, as the end of a refusal."""
-    if path.suffix.lower() in DUAL:
+    if path.suffix.lower() in video.DUAL:
         return "; it is of a 360-degree camera. Hint: export a 2:1 .mp4 in its own program"
     if not path.is_dir():
         return ""
