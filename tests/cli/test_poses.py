@@ -303,13 +303,9 @@ def test_the_cache_is_listed_and_cleared_but_for_what_is_in_use(cache, tmp_path,
 @pytest.fixture
 def grey(tmp_path):
     """The words of `fsel poses` for photos that a program places."""
-    image_files.write(
-        np.full((5, 48, 64, 3), 99, np.uint8), tmp_path / "grey", [*map(NAME, "abcde")]
-    )
+    shots = np.full((5, 48, 64, 3), 99, np.uint8)
+    image_files.write(shots, tmp_path / "grey", [f"{name}.jpg" for name in "abcde"])
     return ["poses", tmp_path / "grey", "--by", shlex.join(pose_program.written(tmp_path))]
-
-
-NAME = "{}.jpg".format
 
 
 @pytest.mark.parametrize(
@@ -328,11 +324,11 @@ def test_what_is_damaged_in_the_cache_is_made_anew(damaged, content, grey, cache
     file.unlink()  # a photo's link, not the photo
     if content is not None:
         file.write_bytes(content)
-    for warned in (1, 0):
+    for warned in (True, False):
         capsys.readouterr()
         assert run("cache", "--quiet") == 0
         assert run(*grey, "-o", tmp_path / "out", "--force") == 0
-        assert capsys.readouterr().err.count("is damaged: finding the poses anew") == warned
+        assert ("damaged" in capsys.readouterr().err) == warned
     assert len(json.loads((tmp_path / "out" / "poses.json").read_text())["placed"]) == 4
     file.write_bytes(b"")
     assert run("cache", "--clear") == 0
