@@ -49,7 +49,7 @@ def content(capture):
 
 def written(folder):
     """Files below a folder and their bytes, but those that a command adds to the capture."""
-    ours = ("report.html", "selection.json", "bad_frames.csv")
+    ours = ("report.html", "selection.json", "bad_frames.csv", ".fsel")
     files = (path for path in Path(folder).rglob("*") if path.is_file() and path.name not in ours)
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
