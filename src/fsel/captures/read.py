@@ -159,7 +159,8 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         what = f"is a file, not a folder with images and poses{bare.explained(folder)}"
         raise ValueError(f"{folder}: {what}")
     if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
+        none = "no such file" if folder.suffix else "no such folder"
+        raise FileNotFoundError(f"{folder}: {'is a device or pipe' if folder.exists() else none}")
     if layout != "auto":
         _allowed("layout", layout, ("auto", *LAYOUTS))
         return LAYOUTS[layout]

@@ -76,8 +76,9 @@ def _in_words(error: Exception, args: Namespace) -> str:
     read = getattr(args, "capture", None) or getattr(args, "out", None)
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(args, "out", None) or read
-        if error.errno in FULL and not str(named).startswith((STANDARD_OUTPUT, str(cache()))):
-            named = getattr(args, "out", None) or named  # a copy's error names what was read
+        full = str(error.filename2 or named)  # where a copy is written to
+        if error.errno in FULL and not full.startswith((STANDARD_OUTPUT, str(cache()))):
+            named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{read}: does not fit in memory"

@@ -21,7 +21,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     folder, entries, total = cache(), [], 0
     inside = folder.iterdir() if folder.is_dir() else ()
     for path in sorted(path for path in inside if OURS.fullmatch(path.name)):
-        files = [path, *path.rglob("*")]
+        files = [path, *([] if path.is_symlink() else path.rglob("*"))]
         size = sum(file.lstat().st_size for file in files)  # of links, not of what they lead to
         entries.append({"name": path.name, "bytes": size, "of": _source(path)})
         console.say(f"{size / 1e6:.1f} MB", f"{path.name}  {entries[-1]['of']}")

@@ -54,6 +54,9 @@ def staged(
     stage = own / place.name
     try:
         own.mkdir()
+    except OSError as error:  # of a read-only disk, by the name that a person knows
+        raise OSError(error.errno, error.strerror, str(out)) from error
+    try:
         stage.mkdir() if folder else stage.touch()
         yield stage
         if folder:
@@ -68,6 +71,8 @@ def staged(
 def _refuse_existing(out: Path, force: bool, folder: bool) -> None:
     """Refuse to replace what is there without `force`, and what was not written here ever."""
     place = Path(os.path.realpath(out))
+    if place.is_mount():
+        raise FileExistsError(f"{out}: is a mount point, which nothing replaces. Hint: {out}/NAME")
     if not os.path.lexists(place) or (place.is_dir() and not any(place.iterdir())):
         return
     if not force:
