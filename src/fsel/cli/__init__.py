@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 REFUSED = 1
 FULL = (errno.ENOSPC, errno.EDQUOT)
-STANDARD_OUTPUT = "standard output"
 ARGUMENT = re.compile(r"`(\w+)=(\w+)`")  # of Python, in messages of the library
 SAID, LATE = "fsel: interrupted, nothing was written", "fsel: interrupted, after all was written"
 
@@ -71,6 +70,7 @@ def _run(args: Namespace, interruption: Interruption) -> int:
 
 def _in_words(error: Exception, args: Namespace) -> str:
     """Return one line that names a file."""
+    from fsel.cli.console import STANDARD_OUTPUT
     from fsel.core.files import cache
 
     read = getattr(args, "capture", None) or getattr(args, "out", None)

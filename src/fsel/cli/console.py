@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
-from fsel.cli import STANDARD_OUTPUT
 from fsel.core.files import json_text
 
+STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
