@@ -346,14 +346,14 @@ def test_what_a_cut_off_run_left_damaged_is_made_anew(grey, cache, tmp_path, cap
 
 
 def test_a_full_disk_under_the_cache_is_told(grey, cache, tmp_path, capsys, monkeypatch):
-    def full(*_):
+    def full(**_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     def vague(*_):
         raise RuntimeError("No registered database factory succeeded.")
 
     monkeypatch.setattr(placement, "_placed", vague)
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(kept, "TemporaryFile", full)
     assert run(*grey, "-o", tmp_path / "out") == 1
     (place,) = cache.iterdir()
     assert capsys.readouterr().err == f"fsel: {place}: No space left on device\n"

@@ -21,7 +21,6 @@ from fsel.core.geometry import turned
 from fsel.core.wording import counted
 from fsel.selection.export.record import RECORD
 
-AT_ONE_PLACE = 1e-6  # of the coordinates, by which cameras are apart
 READ = ("capture", "masks", "pose_masks", "frames", "targets", "weights", "always", "never")
 
 
@@ -44,7 +43,7 @@ def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SID
     """Open the capture of a command line; see `fsel.captures.opening.opened`."""
     source = open_source(opening_of(args), console, long_side)
     centers = source.capture.centers
-    if np.ptp(centers, axis=0).max() <= AT_ONE_PLACE * max(1.0, np.abs(centers).max()):
+    if not np.ptp(centers, axis=0).any():
         console.warn(
             f"{args.capture}: all {counted(len(centers), 'camera')} are at one place: nothing "
             "tells how far the scene is. Hint: walk around it"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
@@ -50,7 +49,7 @@ def staged(
             )
     _refuse_existing(out, force, folder)
     own = unfinished(place)
-    _remove(own)
+    shutil.rmtree(own, ignore_errors=True)
     stage = own / place.name
     try:
         own.mkdir()
@@ -60,19 +59,19 @@ def staged(
         stage.mkdir() if folder else stage.touch()
         yield stage
         if folder:
-            written = sorted(path.relative_to(stage).as_posix() for path in _files(stage))
-            (stage / LISTED).write_text(json.dumps(written, indent=1), encoding="utf-8")
+            names = sorted(path.relative_to(stage).as_posix() for path in _files(stage))
+            (stage / LISTED).write_text("\n".join(names), encoding="utf-8")
         _refuse_existing(out, force, folder)
         _rename(stage, place, own / "replaced")
     finally:
-        _remove(own)
+        shutil.rmtree(own, ignore_errors=True)
 
 
 def _refuse_existing(out: Path, force: bool, folder: bool) -> None:
     """Refuse to replace what is there without `force`, and what was not written here ever."""
     place = Path(os.path.realpath(out))
     if place.is_mount():
-        raise FileExistsError(f"{out}: is a mount point, which nothing replaces. Hint: {out}/NAME")
+        raise FileExistsError(f"{out}: is a mount point. Hint: {out}/NAME")
     if not os.path.lexists(place) or (place.is_dir() and not any(place.iterdir())):
         return
     if not force:
@@ -90,14 +89,10 @@ def _refuse_existing(out: Path, force: bool, folder: bool) -> None:
 
 def _strange(place: Path) -> Iterator[Path]:
     """Yield the files in a folder that no output listed, of which there are none in an output."""
-    if not place.is_dir():
-        return
-    try:
-        listed = set(json.loads((place / LISTED).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
-        listed = set()
-    known = {place / name for name in (LISTED, *map(str, listed))}
-    yield from (path for path in _files(place) if path not in known and path.name not in SYSTEMS)
+    listed, known = place / LISTED, {place / LISTED}
+    if listed.is_file():
+        known |= {place / line for line in listed.read_text("utf-8", "replace").split("\n")}
+    return (path for path in _files(place) if path not in known and path.name not in SYSTEMS)
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -115,8 +110,3 @@ def _rename(stage: Path, out: Path, replaced: Path) -> None:
         if replaced.exists():
             replaced.rename(out)
         raise
-
-
-def _remove(path: Path) -> None:
-    """Remove a folder, if it is there."""
-    shutil.rmtree(path, ignore_errors=True)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 import shutil
 from contextlib import AbstractContextManager
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
@@ -46,20 +46,15 @@ def found_in(place: Path, reporter: Reporter) -> dict | None:
 def clear(place: Path, error: Exception, reporter: Reporter) -> None:
     """Remove what an earlier run left, which an error says to be damaged."""
     reporter.warn(f"{error}; what is kept in {place} is damaged: finding the poses anew")
-    for path in place.iterdir():
-        if path.is_dir():
-            shutil.rmtree(path)
-        elif path.name != LOCK:
-            path.unlink()
+    (place / FOUND).unlink(missing_ok=True)
+    for folder in (path for path in place.iterdir() if path.is_dir()):
+        shutil.rmtree(folder)
 
 
 def check_room(place: Path) -> None:
     """Raise the error of a full disk, whatever words a library finds for it."""
-    probe = place / "probe"
     try:
-        probe.write_bytes(bytes(ROOM))
+        with TemporaryFile(dir=place) as probe:
+            probe.write(bytes(ROOM))
     except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise OSError(error.errno, error.strerror, str(place)) from error
-    finally:
-        probe.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(place)) from error
