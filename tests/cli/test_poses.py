@@ -157,7 +157,6 @@ def test_what_cannot_be_posed_is_refused(line, said, cache, tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("", "-k 30"),
         ("-k 0", "k is 0"),
         ("-k 100000", "up to 11"),
         ("-k 5 --rate 2", "up to 4"),
