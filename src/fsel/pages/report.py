@@ -16,7 +16,7 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
-from fsel.selection.export.record import reason, summary, trials
+from fsel.selection.export.record import closeness, reason, summary, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 from fsel.selection.validation import STATED, WHOLE, ValidationResult
@@ -199,15 +199,14 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
 
 def _charts(outcome: Outcome) -> list[str]:
     """Draw how close the picks come to the views, against their number."""
-    curve = outcome.service.curve
-    line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
-    whole = outcome.targets.kind == ALL
-    served = f"Service of the whole capture, measured at {len(outcome.served)} of its frames"
-    chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
+    line = Line(np.arange(len(outcome.mean_shift)) + 1, outcome.mean_shift)
+    chart = line_chart({"shift": line}, "frames picked", ".0%", "shift of the image against K")
+    whole = f", measured at {counted(len(outcome.served), 'frame')} of the capture"
+    said = closeness(outcome) + (whole if outcome.targets.kind == ALL else "")
     return [
         "<h2>How close the picks are to the views</h2>",
-        f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
-        f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
+        f"<figure>{chart}<figcaption>{said[0].upper()}{said[1:]}: by its parallax and turn, as a "
+        "share of its longer side.</figcaption></figure>",
     ]
 
 
