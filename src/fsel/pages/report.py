@@ -34,18 +34,15 @@ FLYING = (
     "</script><figcaption>Click a camera to fly to it and its photo; drag to turn, shift and drag "
     "to move, scroll or pinch to zoom.</figcaption>"
 )
-WISHES = (
-    '<section id="wishes" hidden><h2>Keep and drop frames</h2>'
-    "<p>The command changes only the marked frames: a kept frame, or else the nearest free one, "
-    "replaces a dropped pick; all other picks stay. Run it in the folder in which this selection "
-    "was made.</p>"
-    '<p id="marked"></p><pre id="command"></pre><button id="clear">Clear</button></section>'
-)
 DETAIL = (
     '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
     '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
     '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
-    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
+    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p>'
+    '<section id="wishes" hidden><p id="marked"></p><div id="changes"><pre id="command"></pre>'
+    '<button id="copy">Copy</button> <button id="clear">Clear</button><p><small>Run this where the '
+    "selection was made. A kept frame, or else the nearest free one, replaces a dropped pick; all "
+    "other picks stay.</small></p></div></section></aside>"
 )
 
 
@@ -69,7 +66,6 @@ def page(shown: ReportContent) -> str:
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
-        WISHES,
         *_charts(outcome),
         *_tables(shown),
         "</div>",

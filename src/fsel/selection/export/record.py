@@ -175,7 +175,7 @@ def reason(budget: Budget) -> str:
 def summary(outcome: Outcome) -> str:
     """Return what was selected and why, in one sentence."""
     selection, tried, targets = outcome.selection, outcome.selection.tried, outcome.targets
-    said = f"{counted(len(selection), 'frame')} by {outcome.method.name}"
+    said = _by(outcome)
     if tried is not None:
         first = tried.trials[0]
         kept = next(trial for trial in tried.trials if trial.name == tried.kept)
@@ -193,6 +193,16 @@ def summary(outcome: Outcome) -> str:
     gone = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     said += f"; {gone} {'frame was' if len(worst) == 1 else 'frames were'} left out" if gone else ""
     return f"{said[0].upper()}{said[1:]}."
+
+
+def _by(outcome: Outcome) -> str:
+    """Say what picked the frames: a method, and the person who kept some."""
+    targets, picks, by = outcome.targets, outcome.selection.indices, f"by {outcome.method.name}"
+    frames, kept = counted(len(picks), "frame"), int(np.isin(picks, targets.always).sum())
+    if not kept:
+        return f"{frames} {by}"
+    stated = "of --always" + (" or nearest to dropped ones" if len(targets.dropped) else "")
+    return f"{frames}: {kept} {stated}" + (f", {len(picks) - kept} {by}" * (kept < len(picks)))
 
 
 def _unreplaced(tried: ValidationResult) -> str:
