@@ -174,7 +174,7 @@ def reason(budget: Budget) -> str:
 
 def summary(outcome: Outcome) -> str:
     """Return what was selected and why, in one sentence."""
-    selection, tried, targets = outcome.selection, outcome.selection.tried, outcome.targets
+    tried, targets = outcome.selection.tried, outcome.targets
     said = _by(outcome)
     if tried is not None:
         first = tried.trials[0]
