@@ -92,6 +92,9 @@ def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
         assert select(capture, *lacking, "-o", tmp_path / "out") == 1
         assert "--vram and --trainer need" in capsys.readouterr().err
     assert select(capture, *asked, "--trainer", "long-lrm", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr().out.splitlines()
+    (said,) = [line.split() for line in printed if line.startswith("memory")]
+    assert {"3", "long-lrm"} <= set(said)
     content = record_of(tmp_path / "out")
     assert content["budget"]["frames"] == content["budget"]["within"] == len(content["frames"]) == 3
     assert "long-lrm fits into 1,200,000,000 bytes" in content["budget"]["reason"]

@@ -218,6 +218,10 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
         beside = "" if checked.focus else " and as many off the path"
         what += f"{beside} (--targets changes this)"
     console.say("targets", what)
+    if checked.focus is not None:
+        blind = counted(len(targets.blind), "frame") + " without a view of it never picked"
+        gone = f"only views that see it count, {blind}, nothing tried"
+        console.say("object", f"from {checked.focus.kind} for {frames}: {gone}")
     if far := targets.far.sum():
         console.warn(f"{far} of {len(targets.views)} target views are far from every camera")
 
@@ -228,6 +232,10 @@ def _say_outcome(console: Console, outcome: Outcome) -> None:
     console.say("result", record.summary(outcome))
     if selection.budget is not None:
         console.say("k", record.reason(selection.budget))
+        if (most := selection.budget.within) is not None:
+            limit = "more than" if most > selection.budget.frames else "not more than"
+            fits = f"{counted(most, 'frame')} of {selection.budget.rule.trainer} fit"
+            console.say("memory", f"{fits}, {limit} the {selection.budget.frames} picked")
     picked = counted(len(selection), "frame")
     console.say("picked", f"{picked}: {record.closeness(outcome)}")
 
