@@ -54,7 +54,7 @@ class Console(Reporter):
             yield
 
     @contextmanager
-    def steps(self, label: str, unit: str) -> Iterator[Callable[..., None]]:
+    def steps(self, label: str, unit: str = "step") -> Iterator[Callable[..., None]]:
         """Yield a function of steps made, all steps and, if known, the loss: a bar."""
         if self.quiet:
             yield lambda made, count, loss=None: None

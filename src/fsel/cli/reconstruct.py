@@ -101,7 +101,7 @@ def _fitted(
             return reconstructor.fit(frames)
     fit: Any = reconstructor.fit
     with (
-        console.steps("reconstructing", "step") as progress,
+        console.steps("reconstructing") as progress,
         stopped_by_interrupt(console, KEPT) as stop,
     ):
         return fit(frames, progress=progress, stop=stop)
