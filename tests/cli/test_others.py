@@ -126,17 +126,8 @@ def test_viewing_distance_is_the_median_depth_of_what_is_seen():
 
 def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     out = tmp_path / "out"
-    asked = [
-        "-k",
-        "5,4",
-        "--methods",
-        "fsel,random",
-        "--long-side",
-        64,
-        "--reconstructor",
-        "splats",
-    ]
-    assert run("compare", capture, *asked, "--json", "-o", out) == 0
+    asked = ["-k", "5,4", "--methods", "fsel,random", "--long-side", 64, "--json", "-o", out]
+    assert run("compare", capture, *asked, "--reconstructor", "splats") == 0
     content = json.loads(capsys.readouterr().out)
     assert content == json.loads((out / "compare.json").read_text())
     rows = {(row["k"], row["method"]): row for row in content["rows"]}

@@ -61,17 +61,9 @@ return seen;
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared")
     write_ring(folder / "capture <b>&")
-    asked = [
-        "-k",
-        "4,5",
-        "--methods",
-        "fsel,uniform",
-        "--long-side",
-        "48",
-        "--reconstructor",
-        "splats",
-    ]
-    assert main(["compare", str(folder / "capture <b>&"), *asked, "-o", str(folder / "out")]) == 0
+    asked = ["compare", str(folder / "capture <b>&"), "-k", "4,5", "--methods", "fsel,uniform"]
+    asked += ["--long-side", "48", "--reconstructor", "splats", "-o", str(folder / "out")]
+    assert main(asked) == 0
     return folder / "out"
 
 

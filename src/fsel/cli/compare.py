@@ -37,7 +37,6 @@ from fsel.selectors.pretrained import DEFAULT
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
-STARRED = "*: significant by the paired 95 % interval over held-out frames."
 SIDE_BY_SIDE = ("splats", "gaussians", "radiance_field")  # whose fits leave one another alone
 COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
 ORDER = " It may order close selections differently: to decide, use --reconstructor gaussians."
@@ -262,12 +261,10 @@ def _table(compared: Compared, rows: list[dict]) -> str:
         line = f"{cell[0]:4d}  {label}  {columns(row, compared.metrics)}"
         cells = [_gap(compared.ahead(k, cell[1])) for k in budgets if cell[1] != first]
         lines.append(f"{line}  {' / '.join(cells)}".rstrip())
-    starred = [STARRED] if any("*" in line for line in lines) else []
-    return "\n".join([*lines, *starred, compared.how, verdict(compared), ""])
+    return "\n".join([*lines, compared.how, verdict(compared), ""])
 
 
 def _gap(gap: Interval) -> str:
-    """Return a lead in dB with its interval, starred where that excludes zero."""
-    if np.isnan(gap.low):
-        return f"{gap.mean:+.2f}"
-    return f"{gap.mean:+.2f}{'*' if gap.excludes_zero else ''} ({gap.low:+.2f} to {gap.high:+.2f})"
+    """Return a lead in dB with its 95 % interval, where there is one."""
+    interval = "" if np.isnan(gap.low) else f" ({gap.low:+.2f} to {gap.high:+.2f})"
+    return f"{gap.mean:+.2f}{interval}"

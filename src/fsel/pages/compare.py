@@ -152,15 +152,12 @@ def verdict(compared: Compared) -> str:
         ahead = sum(gap.mean > 0 for gap in gaps)
         few = f"over {frames}: too few for an interval"
         return f"{first} is ahead in {ahead} of {counted(len(gaps), 'comparison')}, {few}."
-    found = _found(compared, gaps)
-    said = f"{first} is {found} (95 % intervals over {frames})"
+    said = f"{first} is {_found(compared, gaps)} (95 % intervals over {frames})"
     sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
     kept = [gap for gap in sharp if gap is not None]
     if not kept:
         return f"{said}."
-    on_sharp = _found(compared, kept)
-    rest = "likewise" if on_sharp == found else on_sharp
-    return f"{said}; over the {kept[0].n} sharp ones, {rest}."
+    return f"{said}; over the {kept[0].n} sharp ones, {_found(compared, kept)}."
 
 
 def _found(compared: Compared, gaps: Sequence[Interval]) -> str:

@@ -19,7 +19,7 @@ from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, 
 from fsel.selection.export.record import closeness, reason, summary, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
-from fsel.selection.validation import STATED, WHOLE, ValidationResult
+from fsel.selection.validation import ValidationResult
 
 TICKS = 6  # times below the timeline of a video
 CELL = 84  # pixels of a frame's place on the page, were it square
@@ -89,9 +89,10 @@ def _tried(tried: ValidationResult | None) -> list[str]:
     """Return what was tried and the rule that decided, to be unfolded."""
     if tried is None:
         return []
-    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "uniform sampling")
-    sure = " beyond chance, by two reconstructors that agree" if rule.sure else ""
-    said = f"{trials(tried)}. A selection replaces {first} if it is {rule.margin} dB ahead{sure}."
+    first = "the rule" if tried.on_targets else "uniform sampling"
+    sure = " beyond chance, by two reconstructors that agree" if tried.rule.sure else ""
+    margin = f"if it is {tried.rule.margin} dB ahead{sure}"
+    said = f"{trials(tried)}. A selection replaces {first} {margin}."
     return ["<details><summary>What was tried</summary>", f"<p>{escape(said)}</p></details>"]
 
 

@@ -78,12 +78,6 @@ class ValidationResult:
         """Conditions on which the first selection would have been replaced."""
         return STATED if self.on_targets else WHOLE
 
-    @property
-    def closest(self) -> CandidateScore | None:
-        """The selection that came closest to replacing the first; None where none was scored."""
-        scored = [trial for trial in self.trials[1:] if np.isfinite(trial.gain)]
-        return max(scored, key=lambda one: (self.rule.agreed(one), one.gain), default=None)
-
 
 @dataclass(frozen=True)
 class TimeBudget:

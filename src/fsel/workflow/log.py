@@ -8,7 +8,7 @@ UNSAID = ("Select jobs to execute...", "Job rate limit reached, waiting for free
 
 
 class JobLines(logging.Handler):
-    """What another handler prints, but for jobs, which get one line as they start and as they end.
+    """What another handler prints, with one line for a job's start and one for its end.
 
     Snakemake's own file has the rest: when, from which files, why.
     """
@@ -20,24 +20,21 @@ class JobLines(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a record as one line, or as the other handler does, or keep it for the next."""
-        event = str(getattr(record, "event", ""))
+        event, known = str(getattr(record, "event", "")), record.__dict__
         if not self._usual.filter(record) or event == "job_started" or record.msg in UNSAID:
             return
-        known = record.__dict__
         if event == "job_finished":
             self._ended.append(str(known["job_id"]))
-        elif event == "progress":
-            self._say(f"{', '.join(self._ended)} done, {known['done']} of {known['total']}")
+            return
+        text = None
+        if event == "progress":
+            text = f"{', '.join(self._ended)} done, {known['done']}/{known['total']}"
             self._ended = []
         elif event == "job_info":
             of = "/".join(map(str, known["wildcards"].values()))
-            self._say(f"{known['jobid']} {known['rule_name']} {of}".rstrip())
-        else:
-            self._usual.handle(record)
-
-    def _say(self, text: str) -> None:
+            text = f"{known['jobid']} {known['rule_name']} {of}".rstrip()
         level = {"levelno": logging.INFO, "levelname": "INFO"}
-        self._usual.handle(logging.makeLogRecord({"msg": text, **level}))
+        self._usual.handle(record if text is None else logging.makeLogRecord({"msg": text} | level))
 
 
 def one_line_a_job(log: logging.Logger) -> None:

@@ -207,9 +207,10 @@ def _by(outcome: Outcome) -> str:
 
 def _unreplaced(tried: ValidationResult) -> str:
     """Say why no other selection took the place of the first, and what may change that."""
-    best, rule = tried.closest, tried.rule
-    if best is None:
+    rule, scored = tried.rule, [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
+    if not scored:
         return "too few frames are left to compare it on"
+    best = max(scored, key=lambda one: (rule.agreed(one), one.gain))
     if best.gain < LEAST_SAID:
         return "none of the other selections tried is better here"
     hints = ["--patience 0 takes it"] if best.name == DEFAULT else []
@@ -220,10 +221,9 @@ def _unreplaced(tried: ValidationResult) -> str:
     else:
         why = "which may be chance"
         hints.append(f"--patience {LONGER * tried.seconds:g}s looks longer")
-    said = (
-        f"no other selection is clearly better; {best.name} was ahead by {best.gain:.1f} dB, {why}"
-    )
-    return f"{said} ({', '.join(hints)})" if hints else said
+    hint = f" ({', '.join(hints)})" if hints else ""
+    lead = f"{best.name} was ahead by {best.gain:.1f} dB, {why}{hint}"
+    return f"no other selection is clearly better; {lead}"
 
 
 def closeness(outcome: Outcome) -> str:
