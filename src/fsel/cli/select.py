@@ -236,8 +236,7 @@ def _say_outcome(console: Console, outcome: Outcome) -> None:
             limit = "more than" if most > selection.budget.frames else "not more than"
             fits = f"{counted(most, 'frame')} of {selection.budget.rule.trainer} fit"
             console.say("memory", f"{fits}, {limit} the {selection.budget.frames} picked")
-    picked = counted(len(selection), "frame")
-    console.say("picked", f"{picked}: {record.closeness(outcome)}")
+    console.say("picked", f"{counted(len(selection), 'frame')}. {record.closeness(outcome)}")
 
 
 def _say_end(args: argparse.Namespace, console: Console, content: dict, seconds: float) -> None:

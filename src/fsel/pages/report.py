@@ -13,12 +13,11 @@ from fsel.core.geometry import viewing_angles
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.features.conditioned import look_depth
-from fsel.pages.drawings import Line, line_chart, timeline
+from fsel.pages.drawings import timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.export.record import closeness, reason, summary, trials
 from fsel.selection.outcome import Outcome
-from fsel.selection.targets import ALL
 from fsel.selection.validation import ValidationResult
 
 TICKS = 6  # times below the timeline of a video
@@ -52,7 +51,7 @@ def page(shown: ReportContent) -> str:
     selection, source_name = outcome.selection, outcome.capture.source
     sentences = [
         f"{source_name}. Views to render: {outcome.targets.kind}, "
-        f"{counted(len(outcome.targets.views), 'view')}."
+        f"{counted(len(outcome.targets.views), 'view')}. {closeness(outcome)}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
@@ -66,7 +65,6 @@ def page(shown: ReportContent) -> str:
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
-        *_charts(outcome),
         *_tables(shown),
         "</div>",
         DETAIL,
@@ -192,19 +190,6 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
             f"{order}</button>"
         )
     return [*parts, "</div>"]
-
-
-def _charts(outcome: Outcome) -> list[str]:
-    """Draw how close the picks come to the views, against their number."""
-    line = Line(np.arange(len(outcome.mean_shift)) + 1, outcome.mean_shift)
-    chart = line_chart({"shift": line}, "frames picked", ".0%", "shift of the image against K")
-    whole = f", measured at {counted(len(outcome.served), 'frame')} of the capture"
-    said = closeness(outcome) + (whole if outcome.targets.kind == ALL else "")
-    return [
-        "<h2>How close the picks are to the views</h2>",
-        f"<figure>{chart}<figcaption>{said[0].upper()}{said[1:]}: by its parallax and turn, as a "
-        "share of its longer side.</figcaption></figure>",
-    ]
 
 
 def _tables(shown: ReportContent) -> list[str]:

@@ -31,7 +31,7 @@ class JobLines(logging.Handler):
             text = f"{', '.join(self._ended)} done, {known['done']}/{known['total']}"
             self._ended = []
         elif event == "job_info":
-            of = "/".join(map(str, known["wildcards"].values()))
+            of = "/".join(filter(None, map(str, known["wildcards"].values())))
             text = f"{known['jobid']} {known['rule_name']} {of}".rstrip()
         level = {"levelno": logging.INFO, "levelname": "INFO"}
         self._usual.handle(record if text is None else logging.makeLogRecord({"msg": text} | level))

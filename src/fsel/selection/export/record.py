@@ -229,8 +229,8 @@ def _unreplaced(tried: ValidationResult) -> str:
 def closeness(outcome: Outcome) -> str:
     """Say how close the picks are to the views."""
     views = "frame" if outcome.targets.kind == ALL else "view"
-    shift = f"the image shifts by {outcome.mean_shift[-1]:.0%} on average"
-    return f"from a {views} to the nearest pick, {shift}"
+    shift = f"the image shifts by {outcome.mean_shift[-1]:.0%} on average (parallax and turn)"
+    return f"From a {views} to the nearest pick, {shift}"
 
 
 def trials(tried: ValidationResult) -> str:
