@@ -121,7 +121,9 @@ def _how(args: argparse.Namespace, capture: Capture, methods: Sequence[Method]) 
     others = [RUN.get(m.name, m.name) for m in methods if not m.aimed]
     how += f" The cameras of the held-out frames are known to {', '.join(given) or 'no method'}"
     how += f", not to {', '.join(others)}." if given and others else "."
-    return how + (f" {RUN[TRIED.name]} tried without a limit of time." if TRIED in methods else "")
+    return how + (
+        f" {RUN[TRIED.name]} made its trials without a limit of time." if TRIED in methods else ""
+    )
 
 
 def _checked(

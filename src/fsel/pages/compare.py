@@ -18,6 +18,7 @@ from fsel.pages.shell import choices, document, source
 from fsel.selection.request import ALL_FRAMES
 
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
+LEVEL = 0.005  # dB below which no lead is printed
 LISTED = 3  # comparisons at most that are told one by one
 
 NOTE = (
@@ -175,8 +176,8 @@ def _lead(compared: Compared, k: int, other: str, gap: Interval) -> str:
     sign, side = (1, "ahead of") if gap.mean >= 0 else (-1, "behind")
     low, high = sorted((sign * gap.low, sign * gap.high))
     at = f" at K = {k}" if len(compared.budgets) > 1 else ""
-    said = f"{abs(gap.mean):.2f} dB {side} {compared.label(other)}{at}"
-    return f"{said} ({low:+.2f} to {high:+.2f})"
+    lead = f"{abs(gap.mean):.2f} dB {side}" if abs(gap.mean) >= LEVEL else "level with"
+    return f"{lead} {compared.label(other)}{at} ({low:+.2f} to {high:+.2f})"
 
 
 def comparison(compared: Compared) -> str:
