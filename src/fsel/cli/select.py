@@ -220,8 +220,8 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
     console.say("targets", what)
     if checked.focus is not None:
         blind = counted(len(targets.blind), "frame") + " without a view of it never picked"
-        gone = f"only views that see it count, {blind}, nothing tried"
-        console.say("object", f"from {checked.focus.kind} for {frames}: {gone}")
+        changed = f"only views that see it count, {blind}, nothing tried"
+        console.say("object", f"from {checked.focus.kind} for {frames}: {changed}")
     if far := targets.far.sum():
         console.warn(f"{far} of {len(targets.views)} target views are far from every camera")
 
