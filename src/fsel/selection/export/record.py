@@ -214,10 +214,10 @@ def _unreplaced(tried: ValidationResult) -> str:
     if best.gain < LEAST_SAID:
         return "none of the other selections tried is better here"
     hints = ["--patience 0 takes it"] if best.name == DEFAULT else []
-    if not rule.agreed(best):
-        why = "but not by both reconstructors and both PSNR and SSIM"
-    elif best.gain <= rule.margin:
+    if best.gain <= rule.margin:
         why = f"less than the {rule.margin} dB that count"
+    elif not rule.agreed(best):
+        why = "but not by PSNR and SSIM of both reconstructors"
     else:
         why = "which may be chance"
         hints.append(f"--patience {LONGER * tried.seconds:g}s looks longer")
