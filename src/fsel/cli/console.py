@@ -56,40 +56,24 @@ class Console(Reporter):
             yield
 
     @contextmanager
-    def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """Yield a function of steps made, all steps and the loss, which shows them as a bar."""
+    def steps(self, label: str, unit: str = "step") -> Iterator[Callable[..., None]]:
+        """Yield a function of steps made, all steps and, if known, the loss: a bar."""
         if self.quiet:
-            yield lambda made, count, loss: None
+            yield lambda made, count, loss=None: None
             return
         if self.silent:
             report = _Report(label)
-            yield lambda made, count, loss: report(made, count)
+            yield lambda made, count, loss=None: report(made, count)
             return
         from tqdm import tqdm
 
-        with tqdm(desc=label, delay=PATIENCE, leave=False, unit="step") as shown:
+        with tqdm(desc=label, delay=PATIENCE, leave=False, unit=unit) as shown:
 
-            def advance(made: int, count: int, loss: float) -> None:
+            def advance(made: int, count: int, loss: float | None = None) -> None:
                 shown.total = count
-                shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
+                if loss is not None:
+                    shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
                 shown.update(made - shown.n)
-
-            yield advance
-
-    @contextmanager
-    def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
-        """Yield a function of the seconds gone, of `most`, and a word beside them: a bar."""
-        if self.silent:
-            yield lambda gone, word: None
-            return
-        from tqdm import tqdm
-
-        form = "{desc}: {n:.0f} of {total:.0f} s {bar} {postfix}"
-        with tqdm(desc=label, total=most, leave=False, bar_format=form) as shown:
-
-            def advance(gone: float, word: str) -> None:
-                shown.set_postfix_str(word, refresh=False)
-                shown.update(min(gone, most) - shown.n)
 
             yield advance
 

@@ -16,8 +16,7 @@ from importlib.resources import files
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.geometry import pairwise_angles, pairwise_distances
-from fsel.selection.scene_depth import viewing_distance
+from fsel.selection.scene_depth import image_shift, viewing_distance
 
 THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
 WHOLE = 30  # views of a whole capture that the number of frames is found by
@@ -81,15 +80,9 @@ class Budget:
 
 
 def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
-    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
-
-    Parallax is the distance of the cameras over the median depth of what the pool looks at.
-    """
+    """(n, T) `image_shift` between n frames and T views, at the depth that the pool looks at."""
     depth = np.median(viewing_distance(capture.views, capture.points)[pool])
-    apart = pairwise_distances(capture.centers[pool], views.centers)
-    parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
-    turn = pairwise_angles(capture.axes[pool], views.axes)
-    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
+    return image_shift(capture.view(pool), views, float(depth))
 
 
 def shifts(shift: np.ndarray) -> np.ndarray:

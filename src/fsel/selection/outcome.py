@@ -11,20 +11,18 @@ import numpy as np
 
 from fsel.captures.lazy import of_capture
 from fsel.captures.quality.findings import Health
-from fsel.core.capture import Capture, Views
+from fsel.core.capture import Capture
 from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted, listed
-from fsel.features.conditioned import closeness, look_distance
 from fsel.selection.budget import Budget
+from fsel.selection.scene_depth import image_shift, viewing_distance
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
 from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
 
-RANKS = 8  # closest frames that count for a view
-SHARES = 0.5 ** np.arange(RANKS)
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
 
 
@@ -108,45 +106,6 @@ class Selection:
 
 
 @dataclass(frozen=True)
-class ViewProximity:
-    """How close picks, in order, are to the target views; printed as service.
-
-    A view's closest picked frame counts in full, the second closest half, the next a quarter, and
-    so on, by `fsel.features.conditioned.closeness`. Proximity is that sum over the same of all
-    frames, averaged over the views; all frames together give 1.
-
-    Attributes:
-        curve: (k,) service after each pick, never falling.
-        gain: (k,) what each pick added.
-        nearest_view: (k,) int64 the target view that each pick is closest to.
-    """
-
-    curve: np.ndarray
-    gain: np.ndarray
-    nearest_view: np.ndarray
-
-
-def proximity_of(
-    capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray
-) -> ViewProximity:
-    """Measure how close (k,) picks of a pool, (n,) ascending frames, are to T target views."""
-    close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
-    rows = np.searchsorted(pool, picks)
-    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
-    best = np.zeros((RANKS, len(views)))
-    curve = np.empty(len(rows))
-    for step, row in enumerate(rows):
-        best = _closest(np.concatenate([best, close[row, None]]))
-        curve[step] = np.mean(SHARES @ best / whole)
-    return ViewProximity(curve, np.diff(curve, prepend=0.0), np.argmax(close[rows], axis=1))
-
-
-def _closest(closeness: np.ndarray) -> np.ndarray:
-    """(..., RANKS, T) the largest of (..., m, T), falling."""
-    return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
-
-
-@dataclass(frozen=True)
 class Outcome:
     """A selection with what it was made from.
 
@@ -167,12 +126,16 @@ class Outcome:
     seen: SparsePoints | None = None
 
     @cached_property
-    def service(self) -> ViewProximity:
-        """Proximity of the picks to the targets."""
-        pool, views = self.targets.pool(self.capture), self.targets.views
-        if self.targets.kind == ALL:
-            views = self.capture.view(self.served)
-        return proximity_of(self.capture, views, pool, self.selection.indices)
+    def shift(self) -> np.ndarray:
+        """(k, T) how far the image moves from each pick to each view, see `image_shift`."""
+        whole, picks = self.targets.kind == ALL, self.capture.view(self.selection.indices)
+        views = self.capture.view(self.served) if whole else self.targets.views
+        return image_shift(picks, views, float(np.median(viewing_distance(picks, self.seen))))
+
+    @cached_property
+    def mean_shift(self) -> np.ndarray:
+        """(k,) mean over the views of their shift to the nearest pick so far, never rising."""
+        return np.minimum.accumulate(self.shift, axis=0).mean(axis=1)
 
     @property
     def sharpness(self) -> np.ndarray | None:
@@ -183,7 +146,7 @@ class Outcome:
 
     @cached_property
     def served(self) -> np.ndarray:
-        """(T,) frames that service is measured at where the whole capture is the target."""
+        """(T,) frames that stand for the views where the whole capture is the target."""
         return evenly(len(self.capture), MOST_VIEWS)
 
     @cached_property
