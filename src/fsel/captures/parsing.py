@@ -36,13 +36,25 @@ def read_text(path: Path) -> str:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Parse a JSON object, naming the file when that fails."""
-    try:
-        content = json.loads(regular(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not readable as JSON ({error})") from error
+    content = _parsed(path)
     if not isinstance(content, dict):
         raise ValueError(f"{path}: expected a JSON object, got {type(content).__name__}")
     return content
+
+
+def read_json_list(path: Path) -> list[Any]:
+    """Parse a list in JSON, naming the file when that fails."""
+    content = _parsed(path)
+    if not isinstance(content, list):
+        raise ValueError(f"{path}: expected a list in JSON, got {type(content).__name__}")
+    return content
+
+
+def _parsed(path: Path) -> object:
+    try:
+        return json.loads(regular(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: not readable as JSON ({error})") from error
 
 
 def read_matrix(path: Path) -> np.ndarray:

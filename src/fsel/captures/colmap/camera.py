@@ -24,7 +24,7 @@ finally:
     if _masked:
         _masked(signal.SIG_SETMASK, _mask)
 
-__all__ = ["Camera", "pycolmap"]
+__all__ = ["Camera", "brown", "pycolmap"]
 
 
 @dataclass(frozen=True)
@@ -42,3 +42,19 @@ class Camera:
         return pycolmap.Camera(
             model=self.model, width=self.width, height=self.height, params=list(self.params)
         )
+
+
+def brown(
+    size: tuple[int, int],
+    pinhole: tuple[float, ...],
+    k1: float = 0.0,
+    k2: float = 0.0,
+    p1: float = 0.0,
+    p2: float = 0.0,
+    k3: float = 0.0,
+) -> Camera:
+    """Return the simplest camera with these fx, fy, cx, cy and coefficients of OpenCV's."""
+    extra = (k1, k2, p1, p2)
+    if k3:
+        return Camera("FULL_OPENCV", *size, (*pinhole, *extra, k3, 0.0, 0.0, 0.0))
+    return Camera("OPENCV" if any(extra) else "PINHOLE", *size, pinhole + extra * any(extra))

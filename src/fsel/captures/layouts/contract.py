@@ -111,6 +111,20 @@ class RawCapture:
         )
 
 
+def one_pass(
+    frames: Sequence[tuple[Path, np.ndarray, Camera]], dropped: dict[str, str]
+) -> RawCapture:
+    """Return the capture of image files, each with its pose and camera, without points."""
+    return RawCapture(
+        names=[file.name for file, _, _ in frames],
+        images=[file for file, _, _ in frames],
+        world_to_camera=np.array([pose for _, pose, _ in frames]).reshape(-1, 3, 4),
+        cameras=[camera for _, _, camera in frames],
+        sequences=["capture"] * len(frames),
+        dropped=dropped,
+    )
+
+
 @dataclass(frozen=True)
 class Layout:
     """Layout of a dataset on disk.
