@@ -20,6 +20,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "dl3dv": "fsel.captures.layouts.dl3dv:LAYOUT",
         "mipnerf360": "fsel.captures.layouts.mipnerf360:LAYOUT",
         "tanks_and_temples": "fsel.captures.layouts.tanks_and_temples:LAYOUT",
+        "polycam": "fsel.captures.layouts.polycam:LAYOUT",
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
         "images": "fsel.captures.layouts.bare:LAYOUT",
