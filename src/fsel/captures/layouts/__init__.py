@@ -21,6 +21,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "mipnerf360": "fsel.captures.layouts.mipnerf360:LAYOUT",
         "tanks_and_temples": "fsel.captures.layouts.tanks_and_temples:LAYOUT",
         "polycam": "fsel.captures.layouts.polycam:LAYOUT",
+        "record3d": "fsel.captures.layouts.record3d:LAYOUT",
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
         "images": "fsel.captures.layouts.bare:LAYOUT",
