@@ -25,6 +25,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "scanner_app": "fsel.captures.layouts.scanner_app:LAYOUT",
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
+        "metashape": "fsel.captures.layouts.metashape:LAYOUT",
         "images": "fsel.captures.layouts.bare:LAYOUT",
     },
     group="fsel.captures.layouts",
