@@ -26,6 +26,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
         "metashape": "fsel.captures.layouts.metashape:LAYOUT",
+        "realityscan": "fsel.captures.layouts.realityscan:LAYOUT",
         "images": "fsel.captures.layouts.bare:LAYOUT",
     },
     group="fsel.captures.layouts",
