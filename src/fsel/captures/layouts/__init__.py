@@ -25,6 +25,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "scanner_app": "fsel.captures.layouts.scanner_app:LAYOUT",
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
+        "opensfm": "fsel.captures.layouts.opensfm:LAYOUT",
         "metashape": "fsel.captures.layouts.metashape:LAYOUT",
         "realityscan": "fsel.captures.layouts.realityscan:LAYOUT",
         "images": "fsel.captures.layouts.bare:LAYOUT",

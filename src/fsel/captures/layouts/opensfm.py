@@ -1,0 +1,120 @@
+"""OpenSfM's reconstruction.json with its tracks, which OpenDroneMap keeps in opensfm/."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera, brown
+from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
+from fsel.captures.layouts.exports import images_of
+from fsel.captures.parsing import member, number, numbers, read_json_list, read_text, text
+from fsel.core.geometry import pose_matrices
+from fsel.core.points import RawPoints
+
+PLACES = ("reconstruction.json", "opensfm/reconstruction.json")
+TRACKS = "tracks.csv"
+KINDS = ("perspective", "simple_radial", "radial", "brown", "fisheye", "fisheye_opencv")
+TERMS = ("c_x", "c_y", "k1", "k2", "k3", "k4", "p1", "p2")
+GREY = [128, 128, 128]  # of points without a colour
+
+
+def read(folder: Path) -> RawCapture:
+    """Read the largest reconstruction: shots turned by vectors, world to camera with OpenCV axes,
+    and points, whose tracks are beside it."""
+    from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
+
+    path = next(
+        (file for place in PLACES if (file := folder / place).is_file()), folder / PLACES[0]
+    )
+    parts = [(_mapping(part, "shots", path), part) for part in read_json_list(path)]
+    shots, part = max(parts, key=lambda one: len(one[0]), default=({}, {}))
+    names = sorted(shots)
+    if not names:
+        raise ValueError(f"{path}: no shots. Hint: nothing was reconstructed")
+    turns, shifts = (
+        numbers(
+            [member(shots[name], key, path, name) for name in names], (len(names), 3), path, key
+        )
+        for key in ("rotation", "translation")
+    )
+    poses = pose_matrices(Rotation.from_rotvec(turns).as_matrix(), shifts)
+    lenses = {key: _camera(key, one, path) for key, one in _mapping(part, "cameras", path).items()}
+    used = [text(shots[name], "camera", path, name) for name in names]
+    if unknown := sorted(set(used) - set(lenses)):
+        raise ValueError(f"{path}: no camera {unknown[0]!r}; allowed: {', '.join(lenses)}")
+    cameras = [lenses[key] for key in used]
+    frames = zip(images_of(folder, names, path), poses, cameras, strict=True)
+
+    @cache
+    def points(rows: tuple[int, ...]) -> RawPoints | None:
+        return _points(part, [names[i] for i in rows], [cameras[i] for i in rows], path)
+
+    others = {name for smaller, _ in parts for name in smaller} - set(names)
+    dropped = dict.fromkeys(sorted(others), "in a smaller reconstruction")
+    return replace(one_pass(list(frames), dropped), points=points)
+
+
+def _mapping(part: object, key: str, path: Path) -> dict:
+    """Return an object in a reconstruction, by name."""
+    found = member(part, key, path)
+    if not isinstance(found, dict):
+        raise ValueError(f"{path}: {key} must be an object, got {type(found).__name__}")
+    return found
+
+
+def _camera(key: str, lens: dict, path: Path) -> Camera:
+    """Return a camera, whose lengths are shares of the image's longer side, from its middle."""
+    kind = lens.get("projection_type", "perspective")
+    if kind not in KINDS:
+        raise ValueError(
+            f"{path}: projection_type of camera {key!r} is {kind!r}; allowed: {', '.join(KINDS)}"
+        )
+    width, height = (int(number(member(lens, k, path, key), path, k)) for k in ("width", "height"))
+    side, value = max(width, height), {}
+    for term in TERMS:
+        value[term] = number(lens.get(term, 0.0), path, f"{term} of camera {key!r}")
+    own = ("focal_x", "focal_y") if "focal_x" in lens else ("focal", "focal")
+    fx, fy = (number(member(lens, k, path, key), path, k) * side for k in own)
+    pinhole = (fx, fy, width / 2 + value["c_x"] * side, height / 2 + value["c_y"] * side)
+    k1, k2, k3, k4, p1, p2 = (value[term] for term in TERMS[2:])
+    if "fisheye" in kind:
+        return Camera("OPENCV_FISHEYE", width, height, (*pinhole, k1, k2, k3, k4))
+    return brown((width, height), pinhole, k1, k2, p1, p2, k3)
+
+
+def _points(part: dict, names: list[str], cameras: list[Camera], path: Path) -> RawPoints | None:
+    """Return a reconstruction's points as frames see them by the table of tracks."""
+    known = part.get("points") or {}
+    if not known:
+        return None
+    xyz = [member(point, "coordinates", path, key) for key, point in known.items()]
+    rgb = [point.get("color", GREY) for point in known.values()]
+    frames, points = ({key: at for at, key in enumerate(keys)} for keys in (names, known))
+    track, seen = [], path.parent / TRACKS
+    for line in read_text(seen).splitlines() if seen.is_file() else ():
+        image, point, _, *place = [*line.split("\t"), "", "", ""][:5]
+        if image in frames and point in points:
+            track.append((points[point], frames[image], *place))
+    table = numbers(track or np.empty((0, 4)), (len(track), 4), seen, "tracks")
+    at = table[:, 1].astype(np.int64)
+    sizes = np.array([(camera.width, camera.height) for camera in cameras], np.float64)[at]
+    made = RawPoints(
+        xyz=numbers(xyz, (len(known), 3), path, "coordinates"),
+        rgb=np.clip(numbers(rgb, (len(known), 3), path, "color"), 0, 255).astype(np.uint8),
+        track_point=table[:, 0].astype(np.int64),
+        track_frame=at,
+        track_xy=table[:, 2:] * sizes.max(axis=1, keepdims=True) + sizes / 2,
+    )
+    return made.subset(np.isfinite(made.xyz).all(axis=1))
+
+
+def recognises(folder: Path) -> bool:
+    """Look for a reconstruction, of OpenSfM or of OpenDroneMap."""
+    return any((folder / place).is_file() for place in PLACES)
+
+
+LAYOUT = Layout("opensfm", recognises, read)
