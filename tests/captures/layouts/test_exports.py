@@ -188,7 +188,7 @@ def test_realityscan(tmp_path, newer):
     (tmp_path / "5.png").unlink()
     assert len(read_capture(tmp_path, skip_unreadable=True, max_error=9)) == 11
     (tmp_path / "cameras.csv").write_text("\n".join([*lines[:2], "a.png,1"]))
-    with pytest.raises(ValueError, match=r"cameras\.csv: line 3 has 2 fields; allowed: 16"):
+    with pytest.raises(ValueError, match=r"cameras\.csv: a\.png: field 'y' is missing"):
         read_raw(tmp_path)
 
 

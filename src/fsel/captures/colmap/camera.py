@@ -44,17 +44,9 @@ class Camera:
         )
 
 
-def brown(
-    size: tuple[int, int],
-    pinhole: tuple[float, ...],
-    k1: float = 0.0,
-    k2: float = 0.0,
-    p1: float = 0.0,
-    p2: float = 0.0,
-    k3: float = 0.0,
-) -> Camera:
-    """Return the simplest camera with these fx, fy, cx, cy and coefficients of OpenCV's."""
-    extra = (k1, k2, p1, p2)
-    if k3:
-        return Camera("FULL_OPENCV", *size, (*pinhole, *extra, k3, 0.0, 0.0, 0.0))
-    return Camera("OPENCV" if any(extra) else "PINHOLE", *size, pinhole + extra * any(extra))
+def brown(size: tuple[int, int], pinhole: tuple[float, ...], *terms: float) -> Camera:
+    """Return the simplest camera of fx, fy, cx, cy and OpenCV's terms k1, k2, p1, p2 and k3."""
+    if terms[4]:
+        return Camera("FULL_OPENCV", *size, (*pinhole, *terms, 0.0, 0.0, 0.0))
+    extra = terms[:4] if any(terms) else ()
+    return Camera("OPENCV" if extra else "PINHOLE", *size, (*pinhole, *extra))

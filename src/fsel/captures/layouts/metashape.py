@@ -46,7 +46,14 @@ def read(folder: Path) -> RawCapture:
     if not posed:
         raise ValueError(f"{path}: no camera is aligned and enabled; left out {len(dropped)}")
     files = images_of(folder, [camera.get("label", "") for camera in posed], path)
-    poses = _poses(posed, _world(chunk, posed[0].get("component_id")), path)
+    worlds = [
+        part.find("transform")
+        for part in chunk.iterfind("components/component")
+        if part.get("id") == posed[0].get("component_id")
+    ]
+    poses = _poses(
+        posed, next((one for one in worlds if one is not None), chunk.find("transform")), path
+    )
     lenses = {one.get("id"): one for one in chunk.iterfind("sensors/sensor")}
     cameras = {key: _camera(lenses, key, path) for key in {c.get("sensor_id") for c in posed}}
     frames = zip(files, poses, (cameras[camera.get("sensor_id")] for camera in posed), strict=True)
@@ -61,14 +68,6 @@ def _chunk(path: Path) -> Element:
     if len(chunks) != 1:
         raise ValueError(f"{path}: {len(chunks)} chunks; allowed: one. Hint: export one chunk")
     return chunks[0]
-
-
-def _world(chunk: Element, component: str | None) -> Element | None:
-    """Return the transform to the world, of a component if it has one."""
-    for part in chunk.iterfind("components/component"):
-        if part.get("id") == component and part.find("transform") is not None:
-            return part.find("transform")
-    return chunk.find("transform")
 
 
 def _poses(cameras: list[Element], world: Element | None, path: Path) -> np.ndarray:

@@ -136,7 +136,9 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
 
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
     """The image, or its downscaled copy where that is wanted or only that was distributed."""
-    file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
+    if not file.suffix:  # as Blender's exporters name images, and apps on phones
+        named = [file.with_suffix(ending) for ending in (".png", ".jpg")]
+        file = next((path for path in named if path.is_file()), named[0])
     folders = [file.parents[1] / name for name in copies]
     folders += [file.parent, *(file.parents[1] / name for name in FOLDERS)]
     return next((path for folder in folders if (path := folder / file.name).is_file()), file)
@@ -197,7 +199,7 @@ def _with_distortion(
         raise ValueError(f"{path}: camera_model is {model!r}; allowed: {allowed}")
     if value["k4"]:
         raise ValueError(f"{path}: k4 is {value['k4']}; only a fisheye camera has it")
-    return brown(size, pinhole, *(value[key] for key in DISTORTION), value["k3"])
+    return brown(size, pinhole, *(value[key] for key in (*DISTORTION, "k3")))
 
 
 def intrinsics_of(camera: Camera) -> dict:

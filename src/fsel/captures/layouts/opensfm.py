@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera, brown
 from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
 from fsel.captures.layouts.exports import images_of
+from fsel.captures.layouts.ply_points import GREY
 from fsel.captures.parsing import member, number, numbers, read_json_list, read_text, text
 from fsel.core.geometry import pose_matrices
 from fsel.core.points import RawPoints
@@ -19,7 +21,6 @@ PLACES = ("reconstruction.json", "opensfm/reconstruction.json")
 TRACKS = "tracks.csv"
 KINDS = ("perspective", "simple_radial", "radial", "brown", "fisheye", "fisheye_opencv")
 TERMS = ("c_x", "c_y", "k1", "k2", "k3", "k4", "p1", "p2")
-GREY = [128, 128, 128]  # of points without a colour
 
 
 def read(folder: Path) -> RawCapture:
@@ -30,11 +31,12 @@ def read(folder: Path) -> RawCapture:
     path = next(
         (file for place in PLACES if (file := folder / place).is_file()), folder / PLACES[0]
     )
-    parts = [(_mapping(part, "shots", path), part) for part in read_json_list(path)]
-    shots, part = max(parts, key=lambda one: len(one[0]), default=({}, {}))
-    names = sorted(shots)
-    if not names:
+    parts = [(member(part, "shots", path), part) for part in read_json_list(path)]
+    parts = [one for one in parts if isinstance(one[0], dict) and one[0]]
+    if not parts:
         raise ValueError(f"{path}: no shots. Hint: nothing was reconstructed")
+    shots, part = max(parts, key=lambda one: len(one[0]))
+    names = sorted(shots)
     turns, shifts = (
         numbers(
             [member(shots[name], key, path, name) for name in names], (len(names), 3), path, key
@@ -42,11 +44,11 @@ def read(folder: Path) -> RawCapture:
         for key in ("rotation", "translation")
     )
     poses = pose_matrices(Rotation.from_rotvec(turns).as_matrix(), shifts)
-    lenses = {key: _camera(key, one, path) for key, one in _mapping(part, "cameras", path).items()}
-    used = [text(shots[name], "camera", path, name) for name in names]
-    if unknown := sorted(set(used) - set(lenses)):
-        raise ValueError(f"{path}: no camera {unknown[0]!r}; allowed: {', '.join(lenses)}")
-    cameras = [lenses[key] for key in used]
+    lenses = {
+        key: _camera(key, member(member(part, "cameras", path), key, path), path)
+        for key in {text(shots[name], "camera", path, name) for name in names}
+    }
+    cameras = [lenses[shots[name]["camera"]] for name in names]
     frames = zip(images_of(folder, names, path), poses, cameras, strict=True)
 
     @cache
@@ -58,29 +60,20 @@ def read(folder: Path) -> RawCapture:
     return replace(one_pass(list(frames), dropped), points=points)
 
 
-def _mapping(part: object, key: str, path: Path) -> dict:
-    """Return an object in a reconstruction, by name."""
-    found = member(part, key, path)
-    if not isinstance(found, dict):
-        raise ValueError(f"{path}: {key} must be an object, got {type(found).__name__}")
-    return found
-
-
-def _camera(key: str, lens: dict, path: Path) -> Camera:
+def _camera(key: str, lens: Any, path: Path) -> Camera:
     """Return a camera, whose lengths are shares of the image's longer side, from its middle."""
+    width, height = (int(number(member(lens, k, path, key), path, k)) for k in ("width", "height"))
     kind = lens.get("projection_type", "perspective")
     if kind not in KINDS:
         raise ValueError(
             f"{path}: projection_type of camera {key!r} is {kind!r}; allowed: {', '.join(KINDS)}"
         )
-    width, height = (int(number(member(lens, k, path, key), path, k)) for k in ("width", "height"))
-    side, value = max(width, height), {}
-    for term in TERMS:
-        value[term] = number(lens.get(term, 0.0), path, f"{term} of camera {key!r}")
-    own = ("focal_x", "focal_y") if "focal_x" in lens else ("focal", "focal")
+    side, own = max(width, height), ("focal_x", "focal_y") if "focal_x" in lens else ("focal",) * 2
     fx, fy = (number(member(lens, k, path, key), path, k) * side for k in own)
-    pinhole = (fx, fy, width / 2 + value["c_x"] * side, height / 2 + value["c_y"] * side)
-    k1, k2, k3, k4, p1, p2 = (value[term] for term in TERMS[2:])
+    cx, cy, k1, k2, k3, k4, p1, p2 = (
+        number(lens.get(term, 0.0), path, f"{term} of camera {key!r}") for term in TERMS
+    )
+    pinhole = (fx, fy, width / 2 + cx * side, height / 2 + cy * side)
     if "fisheye" in kind:
         return Camera("OPENCV_FISHEYE", width, height, (*pinhole, k1, k2, k3, k4))
     return brown((width, height), pinhole, k1, k2, p1, p2, k3)
@@ -88,11 +81,11 @@ def _camera(key: str, lens: dict, path: Path) -> Camera:
 
 def _points(part: dict, names: list[str], cameras: list[Camera], path: Path) -> RawPoints | None:
     """Return a reconstruction's points as frames see them by the table of tracks."""
-    known = part.get("points") or {}
-    if not known:
+    known = part.get("points")
+    if not isinstance(known, dict) or not known:
         return None
     xyz = [member(point, "coordinates", path, key) for key, point in known.items()]
-    rgb = [point.get("color", GREY) for point in known.values()]
+    rgb = [point.get("color", [GREY] * 3) for point in known.values()]
     frames, points = ({key: at for at, key in enumerate(keys)} for keys in (names, known))
     track, seen = [], path.parent / TRACKS
     for line in read_text(seen).splitlines() if seen.is_file() else ():

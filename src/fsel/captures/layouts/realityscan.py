@@ -12,13 +12,14 @@ from fsel.captures.colmap.camera import Camera, brown
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
 from fsel.captures.layouts.exports import images_of, marked, near_origin, negligible, only
-from fsel.captures.parsing import number, read_text
+from fsel.captures.parsing import member, number, read_text, text
 from fsel.core.geometry import from_opengl
 
 MARK = b"#name,x,y,alt,"
 RENAMED = {"yaw": "heading", "f_35mm": "f", "px_norm": "px", "py_norm": "py"}
 """Columns as newer versions name them."""
-NEEDED = ("#name", "x", "y", "alt", "heading", "pitch", "roll", "f")
+NEEDED = ("x", "y", "alt", "heading", "pitch", "roll", "f")
+TERMS = ("px", "py", "k1", "k2", "k3", "k4", "t1", "t2")  # a template may leave them out
 FILM = 36  # millimetres of the longer side, of which f is
 HINT = "align with the distortion model Brown3, or export undistorted images"
 
@@ -29,51 +30,43 @@ def read(folder: Path) -> RawCapture:
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
 
     path = only(marked(folder, "*.csv", MARK), folder, "CSV files of RealityScan's cameras")
-    names, rows = _rows(path)
-    files = images_of(folder, names, path)
-    angles = [[-row["heading"], row["pitch"], row["roll"]] for row in rows]
+    lines = read_text(path).splitlines()
+    first = next(at for at, line in enumerate(lines) if line.startswith(MARK.decode()))
+    header = [RENAMED.get(key, key) for key in lines[first].split(",")]
+    rows = [_values(row, path) for row in csv.DictReader(lines[first + 1 :], header)]
+    if not rows:
+        raise ValueError(f"{path}: no camera below the header")
+    files = images_of(folder, [name for name, _ in rows], path)
+    place = np.array([[row["x"], row["y"], row["alt"]] for _, row in rows])
+    angles = [[-row["heading"], row["pitch"], row["roll"]] for _, row in rows]
     turns = Rotation.from_euler("ZXY", angles, degrees=True).as_matrix()
-    places = np.array([[row["x"], row["y"], row["alt"]] for row in rows])
-    poses = near_origin(from_opengl(np.concatenate([turns, places[..., None]], axis=2)), path)
-    there = [file for file in files if file.is_file()]
-    sizes = {file: image_files.size_of(file) for file in there}
-    cameras = [  # an image that is missing is refused later, or left out
-        _camera(row, sizes.get(file) or sizes.get(there[0], (1, 1)), path)
-        for file, row in zip(files, rows, strict=True)
+    poses = near_origin(from_opengl(np.concatenate([turns, place[..., None]], axis=2)), path)
+    sizes = {file: image_files.size_of(file) for file in files if file.is_file()}
+    other = next(iter(sizes.values()), (1, 1))  # of a missing image, which is refused or left out
+    cameras = [
+        _camera(row, sizes.get(file, other), path)
+        for file, (_, row) in zip(files, rows, strict=True)
     ]
     return one_pass(list(zip(files, poses, cameras, strict=True)), {})
 
 
-def _rows(path: Path) -> tuple[list[str], list[dict[str, float]]]:
-    """Return the names, and the numbers by column; columns that a template left out are 0."""
-    lines = read_text(path).splitlines()
-    first = next(at for at, line in enumerate(lines) if line.startswith(MARK.decode()))
-    header = [RENAMED.get(key, key) for key in lines[first].split(",")]
-    if absent := [key for key in NEEDED if key not in header]:
-        raise ValueError(f"{path}: no column {', '.join(absent)}; there are {', '.join(header)}")
-    names, rows = [], []
-    for at, fields in enumerate(csv.reader(lines[first + 1 :]), start=first + 2):
-        if len(fields) != len(header):
-            raise ValueError(f"{path}: line {at} has {len(fields)} fields; allowed: {len(header)}")
-        pairs = list(zip(header[1:], fields[1:], strict=True))
-        names.append(fields[0])
-        rows.append({key: number(field, path, f"{key} in line {at}") for key, field in pairs})
-    if not rows:
-        raise ValueError(f"{path}: no camera below the header")
-    return names, rows
+def _values(row: dict[str, str], path: Path) -> tuple[str, dict[str, float]]:
+    """Return a camera's name and its numbers."""
+    name = text(row, "#name", path)
+    values = {key: member(row, key, path, name) for key in NEEDED}
+    values |= {key: row.get(key, 0.0) for key in TERMS}
+    return name, {key: number(value, path, f"{key} of {name}") for key, value in values.items()}
 
 
 def _camera(row: dict[str, float], size: tuple[int, int], path: Path) -> Camera:
     """Return a camera of f in millimetres of 35 mm film, px and py from the image's middle as
     shares of its longer side; t1 and t2 stand the other way round than OpenCV's."""
-    value = {key: row.get(key, 0.0) for key in ("px", "py", "k1", "k2", "k3", "k4", "t1", "t2")}
     side = max(size)
     focal = row["f"] * side / FILM
     reach = math.hypot(*size) / 2 / max(abs(focal), 1e-9)
-    negligible(focal * value["k4"] * reach**9, path, "k4", HINT)
-    middle = (size[0] / 2 + value["px"] * side, size[1] / 2 + value["py"] * side)
-    terms = (value["k1"], value["k2"], value["t2"], value["t1"], value["k3"])
-    return brown(size, (focal, focal, *middle), *terms)
+    negligible(focal * row["k4"] * reach**9, path, "k4", HINT)
+    pinhole = (focal, focal, size[0] / 2 + row["px"] * side, size[1] / 2 + row["py"] * side)
+    return brown(size, pinhole, row["k1"], row["k2"], row["t2"], row["t1"], row["k3"])
 
 
 LAYOUT = Layout("realityscan", lambda folder: bool(marked(folder, "*.csv", MARK)), read)

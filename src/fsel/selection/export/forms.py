@@ -18,6 +18,7 @@ from fsel.core.points import RawPoints, grouped_rows
 CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"
 VIEWERS = "cameras.json"  # of 3D Gaussian Splatting, which SuperSplat reads too
 LONG_LRM, SCENES = "scene.json", "scenes.txt"
+VIEWER_KEYS = {"width": "w", "height": "h", "fx": "fl_x", "fy": "fl_y"}
 LONG_LRM_KEYS = {"w": "w", "h": "h", "fx": "fl_x", "fy": "fl_y", "cx": "cx", "cy": "cy"}
 
 
@@ -80,21 +81,12 @@ def _placed(subset: Subset) -> list[dict]:
     """Content of cameras.json: places and turns, camera to world with OpenCV axes."""
     placed = []
     for name, pose, camera in zip(
-        subset.names, subset.world_to_camera, subset.cameras, strict=True
+        subset.names, invert_pose(subset.world_to_camera), subset.cameras, strict=True
     ):
-        turn, known = invert_pose(pose), intrinsics_of(camera)
-        placed.append(
-            {
-                "id": len(placed),
-                "img_name": name,
-                "width": camera.width,
-                "height": camera.height,
-                "position": turn[:, 3].tolist(),
-                "rotation": turn[:, :3].tolist(),
-                "fy": known["fl_y"],
-                "fx": known["fl_x"],
-            }
-        )
+        known = intrinsics_of(camera)
+        lens = {key: known[own] for key, own in VIEWER_KEYS.items()}
+        at = {"position": pose[:, 3].tolist(), "rotation": pose[:, :3].tolist()}
+        placed.append({"id": len(placed), "img_name": name, **lens, **at})
     return placed
 
 
