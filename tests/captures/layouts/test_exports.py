@@ -101,16 +101,6 @@ def test_record3d(tmp_path, name, inner):
         read_raw(tmp_path)
 
 
-def test_scanner_app(tmp_path):
-    images(tmp_path, [f"frame_{i:05d}.jpg" for i in range(12)])
-    for i, pose in enumerate([*POSES, POSES[0]]):
-        known = {"cameraPoseARFrame": opengl(pose).ravel().tolist(), "motionQuality": 1}
-        known["intrinsics"] = [FX, 0, CX, 0, FY, CY, 0, 0, 1]
-        (tmp_path / f"frame_{i:05d}.json").write_text(json.dumps(known))
-    raw = agrees(tmp_path, "scanner_app", truth())
-    assert raw.dropped == {"frame_00012": "no image was exported"}
-
-
 def metashape(folder, kind="frame", cameras="", world=None, **terms):
     """Labels without endings; a chunk that is turned, scaled and far away by `world`."""
     names = [f"IMG.{i:02d}" for i in range(12)]

@@ -22,7 +22,6 @@ LAYOUTS: Registry[Layout] = Registry(
         "tanks_and_temples": "fsel.captures.layouts.tanks_and_temples:LAYOUT",
         "polycam": "fsel.captures.layouts.polycam:LAYOUT",
         "record3d": "fsel.captures.layouts.record3d:LAYOUT",
-        "scanner_app": "fsel.captures.layouts.scanner_app:LAYOUT",
         "nerfstudio": "fsel.captures.layouts.nerfstudio:LAYOUT",
         "colmap": "fsel.captures.layouts.colmap:LAYOUT",
         "opensfm": "fsel.captures.layouts.opensfm:LAYOUT",

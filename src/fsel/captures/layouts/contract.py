@@ -111,6 +111,12 @@ class RawCapture:
         )
 
 
+def existing(folder: Path, pairs: Sequence[tuple[str, str]]) -> list[tuple[Path, Path]]:
+    """Return the pairs of paths in a folder that are both there."""
+    found = [(folder / one, folder / other) for one, other in pairs]
+    return [pair for pair in found if all(path.exists() for path in pair)]
+
+
 def one_pass(
     frames: Sequence[tuple[Path, np.ndarray, Camera]], dropped: dict[str, str]
 ) -> RawCapture:

@@ -8,12 +8,12 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from fsel.captures.layouts import bare
-from fsel.captures.parsing import regular, slashed
+from fsel.captures.parsing import slashed
 from fsel.core.geometry import camera_centers, poses_at
 
 HEAD = 4096  # bytes that tell what a file is
 FAR = 1000  # times the cameras' reach: a world so far off loses digits in float32
-HALF_PIXEL = 0.5
+LEAST = 0.5  # pixels
 log = logging.getLogger(__name__)
 
 
@@ -33,7 +33,7 @@ def only(files: list[Path], folder: Path, what: str) -> Path:
     if len(files) != 1:
         there = ", ".join(file.name for file in files) or "none"
         raise ValueError(f"{folder}: {what}: {there}; allowed: one")
-    return regular(files[0])
+    return files[0]
 
 
 def images_of(folder: Path, labels: list[str], source: Path) -> list[Path]:
@@ -64,10 +64,10 @@ def near_origin(poses: np.ndarray, source: Path) -> np.ndarray:
     return poses_at(centers - middle, poses[:, :, :3])
 
 
-def negligible(pixels: float, path: Path, what: str, hint: str) -> None:
+def negligible(pixels: float, path: Path, what: str) -> None:
     """Refuse a lens's term that no camera model here has, if it moves a corner by half a pixel."""
-    if not abs(pixels) < HALF_PIXEL:
+    if not abs(pixels) < LEAST:
         raise ValueError(
-            f"{path}: {what} moves the image's corner by {pixels:.2g} pixels; allowed: below "
-            f"{HALF_PIXEL}. Hint: {hint}"
+            f"{path}: {what} moves the image's corners by {pixels:.2g} pixels; allowed: below "
+            f"{LEAST}. Hint: calibrate without it, or export undistorted images"
         )

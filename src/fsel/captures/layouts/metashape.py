@@ -19,7 +19,6 @@ from fsel.core.geometry import poses_at
 MARKS = (b"<document", b"<chunk")
 KINDS = ("frame", "fisheye")
 TERMS = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
-HINT = "calibrate without it, or export undistorted images and their cameras"
 
 
 def read(folder: Path) -> RawCapture:
@@ -46,14 +45,10 @@ def read(folder: Path) -> RawCapture:
     if not posed:
         raise ValueError(f"{path}: no camera is aligned and enabled; left out {len(dropped)}")
     files = images_of(folder, [camera.get("label", "") for camera in posed], path)
-    worlds = [
-        part.find("transform")
-        for part in chunk.iterfind("components/component")
-        if part.get("id") == posed[0].get("component_id")
-    ]
-    poses = _poses(
-        posed, next((one for one in worlds if one is not None), chunk.find("transform")), path
-    )
+    own = posed[0].get("component_id")
+    worlds = [part.find("transform") for part in chunk.iter("component") if part.get("id") == own]
+    worlds = [world for world in (*worlds, chunk.find("transform")) if world is not None]
+    poses = _poses(posed, worlds[0] if worlds else None, path)
     lenses = {one.get("id"): one for one in chunk.iterfind("sensors/sensor")}
     cameras = {key: _camera(lenses, key, path) for key in {c.get("sensor_id") for c in posed}}
     frames = zip(files, poses, (cameras[camera.get("sensor_id")] for camera in posed), strict=True)
@@ -107,13 +102,13 @@ def _camera(sensors: dict[str | None, Element], key: str | None, path: Path) -> 
     )
     pinhole = (f + b1, f, width / 2 + cx, height / 2 + cy)
     reach = math.hypot(width, height) / 2 / max(abs(f), 1e-9)
-    negligible(b2 * height / 2 / max(abs(f), 1e-9), path, f"skew b2 of sensor {key}", HINT)
+    negligible(b2 * height / 2 / max(abs(f), 1e-9), path, f"skew b2 of sensor {key}")
     if kind == "fisheye":
         if p1 or p2:
             extra = (k1, k2, p2, p1, k3, k4, 0.0, 0.0)
             return Camera("THIN_PRISM_FISHEYE", width, height, (*pinhole, *extra))
         return Camera("OPENCV_FISHEYE", width, height, (*pinhole, k1, k2, k3, k4))
-    negligible(f * k4 * reach**9, path, f"k4 of sensor {key}", HINT)
+    negligible(f * k4 * reach**9, path, f"k4 of sensor {key}")
     return brown((width, height), pinhole, k1, k2, p2, p1, k3)
 
 

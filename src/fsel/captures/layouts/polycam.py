@@ -6,12 +6,15 @@ from pathlib import Path
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts import bare
-from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
+from fsel.captures.layouts.contract import Layout, RawCapture, existing, one_pass
 from fsel.captures.parsing import member, number, numbers, read_json
 from fsel.core.geometry import from_opengl
 
-FOLDERS = (("corrected_images", "corrected_cameras"), ("images", "cameras"))
-"""In keyframes/: images and cameras as Polycam optimised them, else as ARKit tracked them."""
+FOLDERS = (
+    ("keyframes/corrected_images", "keyframes/corrected_cameras"),
+    ("keyframes/images", "keyframes/cameras"),
+)
+"""Images and cameras: as Polycam optimised them, else as ARKit tracked them."""
 POSE = [f"t_{row}{column}" for row in range(3) for column in range(4)]
 PINHOLE = ("fx", "fy", "cx", "cy")
 
@@ -22,12 +25,13 @@ def read(folder: Path, min_blur_score: float = 0.0) -> RawCapture:
     Poses are camera to world with OpenGL axes. The phone's images lie on their side where it was
     held upright, and so do their cameras: nothing is to be turned.
     """
-    found = _find(folder)
-    if found is None:
-        raise FileNotFoundError(f"{folder}: no {FOLDERS} in keyframes. Hint: export the raw data")
+    found = existing(folder, FOLDERS)
+    if not found:
+        raise FileNotFoundError(f"{folder}: none of {FOLDERS}. Hint: export the raw data")
+    images, cameras = found[0]
     frames, dropped = [], {}
-    for file in bare.find(found[0]):
-        path = found[1] / f"{file.stem}.json"
+    for file in bare.find(images):
+        path = cameras / f"{file.stem}.json"
         if not path.is_file():
             dropped[file.name] = "no camera of this name"
             continue
@@ -45,15 +49,4 @@ def read(folder: Path, min_blur_score: float = 0.0) -> RawCapture:
     return one_pass(frames, dropped)
 
 
-def _find(folder: Path) -> tuple[Path, Path] | None:
-    """Return the folders of images and of their cameras."""
-    pairs = [
-        (folder / "keyframes" / images, folder / "keyframes" / cameras)
-        for images, cameras in FOLDERS
-    ]
-    return next((pair for pair in pairs if pair[0].is_dir() and pair[1].is_dir()), None)
-
-
-LAYOUT = Layout(
-    "polycam", lambda folder: _find(folder) is not None, read, None, ("min_blur_score",)
-)
+LAYOUT = Layout("polycam", lambda at: bool(existing(at, FOLDERS)), read, None, ("min_blur_score",))

@@ -21,7 +21,6 @@ RENAMED = {"yaw": "heading", "f_35mm": "f", "px_norm": "px", "py_norm": "py"}
 NEEDED = ("x", "y", "alt", "heading", "pitch", "roll", "f")
 TERMS = ("px", "py", "k1", "k2", "k3", "k4", "t1", "t2")  # a template may leave them out
 FILM = 36  # millimetres of the longer side, of which f is
-HINT = "align with the distortion model Brown3, or export undistorted images"
 
 
 def read(folder: Path) -> RawCapture:
@@ -64,7 +63,7 @@ def _camera(row: dict[str, float], size: tuple[int, int], path: Path) -> Camera:
     side = max(size)
     focal = row["f"] * side / FILM
     reach = math.hypot(*size) / 2 / max(abs(focal), 1e-9)
-    negligible(focal * row["k4"] * reach**9, path, "k4", HINT)
+    negligible(focal * row["k4"] * reach**9, path, "k4")
     pinhole = (focal, focal, size[0] / 2 + row["px"] * side, size[1] / 2 + row["py"] * side)
     return brown(size, pinhole, row["k1"], row["k2"], row["t2"], row["t1"], row["k3"])
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
+from fsel.captures.layouts.contract import Layout, RawCapture, existing, one_pass
 from fsel.captures.parsing import check_turn, member, number, numbers, read_json
 from fsel.core.geometry import from_opengl
 
@@ -25,10 +25,10 @@ def read(folder: Path) -> RawCapture:
     OpenGL axes. These are the stored image's axes, also where the phone was held upright."""
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
 
-    found = _find(folder)
-    if found is None:
-        raise FileNotFoundError(f"{folder}: no Record3D export; allowed: one of {PLACES}")
-    path, images = found
+    found = existing(folder, PLACES)
+    if not found:
+        raise FileNotFoundError(f"{folder}: none of {PLACES}. Hint: export EXR and RGB")
+    path, images = found[0]
     content = read_json(path)
     poses = member(content, "poses", path)
     poses = numbers(poses, (len(poses) if isinstance(poses, list) else 0, 7), path, "poses")
@@ -46,12 +46,6 @@ def read(folder: Path) -> RawCapture:
     return one_pass(frames, dropped)
 
 
-def _find(folder: Path) -> tuple[Path, Path] | None:
-    """Return the JSON and the folder of images."""
-    pairs = [(folder / name, folder / images) for name, images in PLACES]
-    return next((pair for pair in pairs if pair[0].is_file() and pair[1].is_dir()), None)
-
-
 def _cameras(content: dict, count: int, path: Path) -> list[Camera]:
     """Return a camera a pose: its own, of a lens that focuses, or K, stored column by column."""
     width, height = (int(number(member(content, key, path), path, key)) for key in ("w", "h"))
@@ -63,4 +57,4 @@ def _cameras(content: dict, count: int, path: Path) -> list[Camera]:
     return [Camera("PINHOLE", width, height, tuple(row)) for row in params.tolist()]
 
 
-LAYOUT = Layout("record3d", lambda folder: _find(folder) is not None, read)
+LAYOUT = Layout("record3d", lambda folder: bool(existing(folder, PLACES)), read)

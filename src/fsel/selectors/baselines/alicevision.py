@@ -14,8 +14,7 @@ from fsel.selectors.baselines.drift import grey_images
 WINDOW = 200 / 720  # its side as a share of the image's width
 CELLS = 8  # over the width, each of which has one motion
 DIGITS = 3  # of motions in pixels
-FLOW = {"pyr_scale": 0.5, "levels": 3, "winsize": 15, "iterations": 3, "poly_n": 5}
-FLOW |= {"poly_sigma": 1.2, "flags": 0}
+FLOW = (0.5, 3, 15, 3, 5, 1.2, 0)  # Farneback's, as OpenCV's examples have it
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -65,7 +64,7 @@ def motion(image: np.ndarray, previous: np.ndarray) -> float:
 
     It is Farneback's; AliceVision's is DeepFlow, which takes twenty times as long.
     """
-    flow = cv2.calcOpticalFlowFarneback(image, previous, None, **FLOW)
+    flow = cv2.calcOpticalFlowFarneback(image, previous, None, *FLOW)
     cells = CELLS, max(1, round(CELLS * image.shape[0] / image.shape[1]))
     means = cv2.resize(flow, cells, interpolation=cv2.INTER_AREA).astype(np.float64)
     # what is smaller is the arithmetic's own, which differs among processors
