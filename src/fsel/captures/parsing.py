@@ -107,6 +107,11 @@ def number(value: object, path: Path, what: str) -> float:
     return scalar
 
 
+def stated(entry: object, key: str, path: Path, where: str = "") -> float:
+    """Return a finite number of a JSON object, naming file and field when it is none."""
+    return number(member(entry, key, path, where), path, f"{where + ': ' if where else ''}{key}")
+
+
 def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
     """Refuse a quaternion far from unit length, which normalising could make any turn, or none."""
     length = math.hypot(*quaternion)

@@ -29,23 +29,19 @@ def read(folder: Path) -> RawCapture:
     """
     path = only(marked(folder, "*.xml", *MARKS), folder, "XML files of Metashape's cameras")
     chunk = _chunk(path)
-    dropped, posed = {}, []
-    for camera in chunk.iterfind("cameras//camera"):
-        if camera.get("enabled") in ("false", "0"):
-            dropped[camera.get("label", "")] = "disabled"
-        elif camera.find("transform") is None:
-            dropped[camera.get("label", "")] = "not aligned"
-        else:
-            posed.append(camera)
-    parts = Counter(camera.get("component_id") for camera in posed)
-    for part, _ in parts.most_common()[1:]:
-        apart = [camera for camera in posed if camera.get("component_id") == part]
-        dropped |= {camera.get("label", ""): "in a smaller component" for camera in apart}
-        posed = [camera for camera in posed if camera not in apart]
-    if not posed:
-        raise ValueError(f"{path}: no camera is aligned and enabled; left out {len(dropped)}")
+    every = list(chunk.iterfind("cameras//camera"))
+    aligned = [one for one in every if one.find("transform") is not None]
+    usable = [one for one in aligned if one.get("enabled") not in ("false", "0")]
+    parts = Counter(camera.get("component_id") for camera in usable).most_common(1)
+    if not parts:
+        raise ValueError(f"{path}: none of {len(every)} cameras is aligned and enabled")
+    own = parts[0][0]
+    posed = [camera for camera in usable if camera.get("component_id") == own]
+    used = set(posed)
+    reasons = dict.fromkeys(every, "not aligned") | dict.fromkeys(aligned, "disabled")
+    reasons |= dict.fromkeys(usable, "in a smaller component")
+    dropped = {one.get("label", ""): reasons[one] for one in every if one not in used}
     files = images_of(folder, [camera.get("label", "") for camera in posed], path)
-    own = posed[0].get("component_id")
     worlds = [part.find("transform") for part in chunk.iter("component") if part.get("id") == own]
     worlds = [world for world in (*worlds, chunk.find("transform")) if world is not None]
     poses = _poses(posed, worlds[0] if worlds else None, path)

@@ -11,9 +11,9 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera, brown
 from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
-from fsel.captures.layouts.exports import images_of
+from fsel.captures.layouts.exports import images_of, marked, only
 from fsel.captures.layouts.ply_points import GREY
-from fsel.captures.parsing import member, number, numbers, read_json_list, read_text, text
+from fsel.captures.parsing import member, numbers, read_json_list, read_text, stated, text
 from fsel.core.geometry import pose_matrices
 from fsel.core.points import RawPoints
 
@@ -28,15 +28,12 @@ def read(folder: Path) -> RawCapture:
     and points, whose tracks are beside it."""
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
 
-    path = next(
-        (file for place in PLACES if (file := folder / place).is_file()), folder / PLACES[0]
-    )
-    parts = [(member(part, "shots", path), part) for part in read_json_list(path)]
-    parts = [one for one in parts if isinstance(one[0], dict) and one[0]]
-    if not parts:
+    path = only(_files(folder), folder, PLACES[0])
+    parts = [part for part in read_json_list(path) if isinstance(part.get("shots"), dict)]
+    part = max(parts, key=lambda one: len(one["shots"]), default={"shots": {}})
+    shots, names = part["shots"], sorted(part["shots"])
+    if not names:
         raise ValueError(f"{path}: no shots. Hint: nothing was reconstructed")
-    shots, part = max(parts, key=lambda one: len(one[0]))
-    names = sorted(shots)
     turns, shifts = (
         numbers(
             [member(shots[name], key, path, name) for name in names], (len(names), 3), path, key
@@ -55,24 +52,23 @@ def read(folder: Path) -> RawCapture:
     def points(rows: tuple[int, ...]) -> RawPoints | None:
         return _points(part, [names[i] for i in rows], [cameras[i] for i in rows], path)
 
-    others = {name for smaller, _ in parts for name in smaller} - set(names)
+    others = {name for smaller in parts for name in smaller["shots"]} - set(names)
     dropped = dict.fromkeys(sorted(others), "in a smaller reconstruction")
     return replace(one_pass(list(frames), dropped), points=points)
 
 
 def _camera(key: str, lens: Any, path: Path) -> Camera:
     """Return a camera, whose lengths are shares of the image's longer side, from its middle."""
-    width, height = (int(number(member(lens, k, path, key), path, k)) for k in ("width", "height"))
+    width, height = (int(stated(lens, side, path, key)) for side in ("width", "height"))
     kind = lens.get("projection_type", "perspective")
     if kind not in KINDS:
         raise ValueError(
             f"{path}: projection_type of camera {key!r} is {kind!r}; allowed: {', '.join(KINDS)}"
         )
     side, own = max(width, height), ("focal_x", "focal_y") if "focal_x" in lens else ("focal",) * 2
-    fx, fy = (number(member(lens, k, path, key), path, k) * side for k in own)
-    cx, cy, k1, k2, k3, k4, p1, p2 = (
-        number(lens.get(term, 0.0), path, f"{term} of camera {key!r}") for term in TERMS
-    )
+    fx, fy = (stated(lens, focal, path, key) * side for focal in own)
+    lens = dict.fromkeys(TERMS, 0.0) | lens
+    cx, cy, k1, k2, k3, k4, p1, p2 = (stated(lens, term, path, key) for term in TERMS)
     pinhole = (fx, fy, width / 2 + cx * side, height / 2 + cy * side)
     if "fisheye" in kind:
         return Camera("OPENCV_FISHEYE", width, height, (*pinhole, k1, k2, k3, k4))
@@ -102,12 +98,12 @@ def _points(part: dict, names: list[str], cameras: list[Camera], path: Path) -> 
         track_frame=at,
         track_xy=table[:, 2:] * sizes.max(axis=1, keepdims=True) + sizes / 2,
     )
+    made = made.observed(np.isfinite(made.track_xy).all(axis=1))
     return made.subset(np.isfinite(made.xyz).all(axis=1))
 
 
-def recognises(folder: Path) -> bool:
-    """Look for a reconstruction, of OpenSfM or of OpenDroneMap."""
-    return any((folder / place).is_file() for place in PLACES)
+def _files(folder: Path) -> list[Path]:
+    return [file for place in PLACES for file in marked(folder, place)]
 
 
-LAYOUT = Layout("opensfm", recognises, read)
+LAYOUT = Layout("opensfm", lambda folder: bool(_files(folder)), read)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts import bare
 from fsel.captures.layouts.contract import Layout, RawCapture, existing, one_pass
-from fsel.captures.parsing import member, number, numbers, read_json
+from fsel.captures.parsing import number, read_json, stated
 from fsel.core.geometry import from_opengl
 
-FOLDERS = (
-    ("keyframes/corrected_images", "keyframes/corrected_cameras"),
-    ("keyframes/images", "keyframes/cameras"),
-)
+FOLDERS = [(f"keyframes/{kind}images", f"keyframes/{kind}cameras") for kind in ("corrected_", "")]
 """Images and cameras: as Polycam optimised them, else as ARKit tracked them."""
 POSE = [f"t_{row}{column}" for row in range(3) for column in range(4)]
 PINHOLE = ("fx", "fy", "cx", "cy")
@@ -39,11 +38,9 @@ def read(folder: Path, min_blur_score: float = 0.0) -> RawCapture:
         if number(content.get("blur_score", min_blur_score), path, "blur_score") < min_blur_score:
             dropped[file.name] = f"blur_score below {min_blur_score:g}"
             continue
-        pose = numbers([member(content, key, path) for key in POSE], (12,), path, "t_00 to t_23")
-        width, height = (
-            int(number(member(content, k, path), path, k)) for k in ("width", "height")
-        )
-        params = tuple(number(member(content, key, path), path, key) for key in PINHOLE)
+        pose = np.array([stated(content, key, path) for key in POSE])
+        width, height = (int(stated(content, key, path)) for key in ("width", "height"))
+        params = tuple(stated(content, key, path) for key in PINHOLE)
         camera = Camera("PINHOLE", width, height, params)
         frames.append((file, from_opengl(pose.reshape(3, 4)), camera))
     return one_pass(frames, dropped)

@@ -12,7 +12,7 @@ from fsel.captures.colmap.camera import Camera, brown
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, one_pass
 from fsel.captures.layouts.exports import images_of, marked, near_origin, negligible, only
-from fsel.captures.parsing import member, number, read_text, text
+from fsel.captures.parsing import read_text, stated, text
 from fsel.core.geometry import from_opengl
 
 MARK = b"#name,x,y,alt,"
@@ -42,19 +42,18 @@ def read(folder: Path) -> RawCapture:
     poses = near_origin(from_opengl(np.concatenate([turns, place[..., None]], axis=2)), path)
     sizes = {file: image_files.size_of(file) for file in files if file.is_file()}
     other = next(iter(sizes.values()), (1, 1))  # of a missing image, which is refused or left out
-    cameras = [
-        _camera(row, sizes.get(file, other), path)
-        for file, (_, row) in zip(files, rows, strict=True)
+    frames = [
+        (file, pose, _camera(row, sizes.get(file, other), path))
+        for file, pose, (_, row) in zip(files, poses, rows, strict=True)
     ]
-    return one_pass(list(zip(files, poses, cameras, strict=True)), {})
+    return one_pass(frames, {})
 
 
 def _values(row: dict[str, str], path: Path) -> tuple[str, dict[str, float]]:
     """Return a camera's name and its numbers."""
     name = text(row, "#name", path)
-    values = {key: member(row, key, path, name) for key in NEEDED}
-    values |= {key: row.get(key, 0.0) for key in TERMS}
-    return name, {key: number(value, path, f"{key} of {name}") for key, value in values.items()}
+    row = dict.fromkeys(TERMS, "0") | row
+    return name, {key: stated(row, key, path, name) for key in (*NEEDED, *TERMS)}
 
 
 def _camera(row: dict[str, float], size: tuple[int, int], path: Path) -> Camera:

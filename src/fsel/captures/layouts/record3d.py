@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts.contract import Layout, RawCapture, existing, one_pass
-from fsel.captures.parsing import check_turn, member, number, numbers, read_json
+from fsel.captures.parsing import check_turn, member, numbers, read_json, stated
 from fsel.core.geometry import from_opengl
 
 PLACES = (
@@ -48,7 +48,7 @@ def read(folder: Path) -> RawCapture:
 
 def _cameras(content: dict, count: int, path: Path) -> list[Camera]:
     """Return a camera a pose: its own, of a lens that focuses, or K, stored column by column."""
-    width, height = (int(number(member(content, key, path), path, key)) for key in ("w", "h"))
+    width, height = (int(stated(content, key, path)) for key in ("w", "h"))
     if content.get(PER_FRAME):
         params = numbers(content[PER_FRAME], (count, 4), path, PER_FRAME)
     else:
