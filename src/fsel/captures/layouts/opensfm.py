@@ -30,10 +30,10 @@ def read(folder: Path) -> RawCapture:
 
     path = only(_files(folder), folder, PLACES[0])
     parts = [part for part in read_json_list(path) if isinstance(part.get("shots"), dict)]
-    part = max(parts, key=lambda one: len(one["shots"]), default={"shots": {}})
-    shots, names = part["shots"], sorted(part["shots"])
-    if not names:
+    part = max(parts, key=lambda one: len(one["shots"]), default=None)
+    if part is None or not part["shots"]:
         raise ValueError(f"{path}: no shots. Hint: nothing was reconstructed")
+    shots, names = part["shots"], sorted(part["shots"])
     turns, shifts = (
         numbers(
             [member(shots[name], key, path, name) for name in names], (len(names), 3), path, key

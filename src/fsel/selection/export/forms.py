@@ -79,7 +79,7 @@ def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
 
 def _placed(subset: Subset) -> list[dict]:
     """Content of cameras.json: places and turns, camera to world with OpenCV axes."""
-    placed = []
+    placed: list[dict] = []
     for name, pose, camera in zip(
         subset.names, invert_pose(subset.world_to_camera), subset.cameras, strict=True
     ):
