@@ -29,10 +29,10 @@ def read(folder: Path) -> RawCapture:
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
 
     path = only(marked(folder, "*.csv", MARK), folder, "CSV files of RealityScan's cameras")
-    lines = read_text(path).splitlines()
-    first = next(at for at, line in enumerate(lines) if line.startswith(MARK.decode()))
-    header = [RENAMED.get(key, key) for key in lines[first].split(",")]
-    rows = [_values(row, path) for row in csv.DictReader(lines[first + 1 :], header)]
+    content = read_text(path)
+    first, *lines = content[content.index(MARK.decode()) :].splitlines()
+    header = [RENAMED.get(key, key) for key in first.split(",")]
+    rows = [_values(row, path) for row in csv.DictReader(lines, header)]
     if not rows:
         raise ValueError(f"{path}: no camera below the header")
     files = images_of(folder, [name for name, _ in rows], path)
