@@ -1,7 +1,9 @@
 """`fsel select --no-poses`: what it picks, in which order, what it writes and refuses."""
 
 import json
+import re
 import shutil
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -59,6 +61,17 @@ def test_a_video_and_photos_of_two_shapes_go_together(photos, tmp_path):
     assert run("select", photos, walk, "--poses", "none", "-k", 12, "-o", out) == 0
     names = (out / "frames.txt").read_text().split()
     assert {name.split("/")[0] for name in names} == {"capture", "walk"}
+
+
+def test_the_page_to_try_runs(photos, tmp_path, monkeypatch):
+    shots = [cv2.imread(str(file)) for file in sorted((photos / "images").iterdir())]
+    page = (Path(__file__).parents[2] / "docs" / "try.md").read_text()
+    words = re.search(r"^!fsel (.* --no-poses .*)$", page, re.MULTILINE)[1]
+    monkeypatch.chdir(tmp_path)
+    write_video(tmp_path / "walk.mp4", shots, code="mp4v")
+    assert run(*words.replace("30", "8").split()) == 0
+    sheet = re.search(r'Image\("(.*)"\)', page)[1]
+    assert cv2.imread(str(tmp_path / sheet)) is not None
 
 
 @pytest.mark.parametrize("words", REFUSED)
