@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import fsel
 from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
 from fsel.core.files import mapped_array
@@ -66,7 +67,7 @@ class Experiment(Settings):
     @cached_property
     def given_scorers(self) -> dict[str, str]:
         """File in the folder of given scorers -> the one that it copies: configured or shipped."""
-        ours = {name: [shipped(self.folder, name)] for name in ("fsel", "fsel_rule")}
+        ours = {name: [shipped(name)] for name in ("fsel", "fsel_rule")}
         named = (self.config["training"]["weights"] | ours).items()
         numbered = ((policy, *each) for policy, paths in named for each in enumerate(paths))
         return {f"{policy}.{n}{Path(path).suffix}": path for policy, n, path in numbered}
@@ -232,7 +233,7 @@ class Experiment(Settings):
     @cached_property
     def _library(self) -> Library:
         # what a rule passes on is compared as its inputs and params
-        folder = Path(os.path.relpath(self.folder / "src" / "fsel"))
+        folder = Path(os.path.relpath(Path(fsel.__file__).parent))
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 
     @cached_property
