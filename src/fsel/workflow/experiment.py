@@ -16,7 +16,6 @@ from typing import Any
 import fsel
 from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
-from fsel.core.files import mapped_array
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
@@ -296,4 +295,11 @@ def gpus_of(poses: str | Section) -> int | None:
 def captured(files: Iterable[str]) -> float:
     """Frames of the largest capture that is there, over those that a rule's numbers are for."""
     there = [path for path in files if Path(path).name == "images.npy" and os.path.exists(path)]
-    return max([1.0, *(len(mapped_array(path)) / DECLARED_FRAMES for path in there)])
+    return max([1.0, *(_frames(path) / DECLARED_FRAMES for path in there)])
+
+
+def _frames(path: str) -> int:
+    """Return the length of an array in a .npy file, by its header; NumPy is not imported for it."""
+    with open(path, "rb") as file:
+        found = re.search(rb"'shape': \((\d+)", file.read(256))
+    return int(found[1]) if found else 0

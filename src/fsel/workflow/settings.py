@@ -13,13 +13,14 @@ from typing import Any, Self
 
 import yaml
 
+import fsel
 from fsel.core.names import name_seed
-from fsel.selectors.pretrained import FILES, FOLDER
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
+WEIGHTS = Path(fsel.__file__).parent / "selectors" / "weights"
 PAGE = "config/README.md describes every key"
 BUDGET_SCENES = 3  # of each dataset, that `-k auto` is fitted to
 TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
@@ -213,7 +214,8 @@ class Settings:
 
 def shipped(policy: str) -> str:
     """Return the path of the scorer of a policy that comes with the package."""
-    return os.path.relpath(FOLDER / FILES[policy])
+    (path,) = WEIGHTS.glob(f"{policy}.*")
+    return os.path.relpath(path)
 
 
 def _as_shipped(config: Section, there: Mapping[str, Section]) -> dict[str, Any]:
