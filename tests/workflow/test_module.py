@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 
 import pytest
 from dry_runs import ROOT, changed, dry_run, forked, planned
@@ -60,3 +61,28 @@ def test_a_hosted_repository_runs_in_the_importer_s_folder(tmp_path, hosted):
     assert not (tmp_path / "hosted" / "results").exists()
     again = forked(tmp_path / "own", "--workflow-profile", "none", "--cores", "1", TARGET)
     assert "Nothing to be done" in again.stdout + again.stderr
+
+
+ALONE = """
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {absent}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Absent())
+from snakemake.cli import main
+main()
+"""
+
+
+def test_rules_are_read_and_linted_beside_snakemake_alone(tmp_path):
+    absent = {"numpy", "scipy", "numba", "cv2", "pycolmap", "safetensors", "plyfile", "PIL"}
+    absent |= {"filelock", "pandas", "pyarrow", "matplotlib", "torch", "tqdm"}
+    words = ["--lint", "--snakefile", str(ROOT / "workflow" / "Snakefile")]
+    words += ["--configfile", str(changed(tmp_path)), "--workflow-profile", "none"]
+    program = [sys.executable, "-W", "ignore", "-c", ALONE.format(absent=absent)]
+    done = subprocess.run([*program, *words], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Congratulations" in done.stdout + done.stderr
