@@ -13,7 +13,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import fsel
 from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
 from fsel.metrics import REGISTERED, published
@@ -23,7 +22,7 @@ from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.functions import home_of
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.settings import TRAINED, Settings, shipped
+from fsel.workflow.settings import PACKAGE, TRAINED, Settings, shipped
 
 DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
@@ -232,7 +231,7 @@ class Experiment(Settings):
     @cached_property
     def _library(self) -> Library:
         # what a rule passes on is compared as its inputs and params
-        folder = Path(os.path.relpath(Path(fsel.__file__).parent))
+        folder = Path(os.path.relpath(PACKAGE))
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 
     @cached_property

@@ -13,14 +13,13 @@ from typing import Any, Self
 
 import yaml
 
-import fsel
 from fsel.core.names import name_seed
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
-WEIGHTS = Path(fsel.__file__).parent / "selectors" / "weights"
+PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
 BUDGET_SCENES = 3  # of each dataset, that `-k auto` is fitted to
 TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
@@ -214,7 +213,7 @@ class Settings:
 
 def shipped(policy: str) -> str:
     """Return the path of the scorer of a policy that comes with the package."""
-    (path,) = WEIGHTS.glob(f"{policy}.*")
+    (path,) = (PACKAGE / "selectors" / "weights").glob(f"{policy}.*")
     return os.path.relpath(path)
 
 
