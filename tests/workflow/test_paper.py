@@ -24,7 +24,7 @@ def test_a_file_of_roots_goes_over_the_paper_s_config():
         for name in ("paper", "paper_data")
     )
     update_config(config, roots)
-    missing = Experiment.load(config, ROOT).datasets.missing
+    missing = Experiment.load(config, ROOT.joinpath).datasets.missing
     assert list(missing) == list(roots["datasets"]) == list(config["datasets"])
     assert all("(no folder /data/" in reason for reason in missing.values())
 
@@ -35,7 +35,7 @@ def test_captures_may_be_fetched_as_their_owners_lay_them_out():
         for name in ("captures", "fetched_captures")
     )
     update_config(config, fetched)
-    datasets = Experiment.load(config, ROOT).datasets
+    datasets = Experiment.load(config, ROOT.joinpath).datasets
     fox = SimpleNamespace(dataset="fox", scene="fox")
     assert datasets.raw_capture(fox) == "<results>/data/fox/fox"
     archive = SimpleNamespace(archive=datasets.archive_of(fox).removeprefix("<downloads>/"))

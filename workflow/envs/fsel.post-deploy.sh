@@ -1,4 +1,4 @@
 #!/usr/bin/env bash
-# Runs in the folder that snakemake was started from: the repository.
+# The library of the clone that the workflow lies in, or the release that runs it.
 set -euo pipefail
-python -m pip install --editable '.[workflow]'
+python -m pip install "$FSEL"

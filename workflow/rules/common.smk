@@ -38,5 +38,5 @@ def kept_here(choose):
 def budget_sources(wildcards):
     """What tools/fit_budget.py depends on: evaluations as of `label`, and the prediction."""
     files = ("src/fsel/selection/budget.py", "tools/fit_budget.py")
-    own = fingerprint([experiment.folder / file for file in files], {})
+    own = fingerprint([experiment.locate(file) for file in files], {})
     return [experiment.library("label", experiment.reconstruction), own]

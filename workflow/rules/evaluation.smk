@@ -145,4 +145,4 @@ use rule table as heatmap with:
         lib=experiment.library("heatmap"),
         datasets=experiment.labels(),
         budgets=experiment.config["budgets"],
-        reconstructor=lambda wildcards: wildcards.reconstructor.rstrip("/"),
+        facts=experiment.facts_of,

@@ -72,6 +72,7 @@ use rule table as speed_error with:
         lib=experiment.library("speed_error"),
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
+        facts=experiment.facts([experiment.trained]),
 
 
 use rule table as stability with:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -112,7 +113,12 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     """
     given = sys.argv[1:] if arguments is None else arguments
     words = [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
-    return parser().parse_args(words, argparse.Namespace(words=words))
+    grammar = parser()
+    if "_ARGCOMPLETE" in os.environ:  # set by the shell's completion alone
+        from argcomplete import autocomplete
+
+        autocomplete(grammar)
+    return grammar.parse_args(words, argparse.Namespace(words=words))
 
 
 def _add_poses(commands) -> None:

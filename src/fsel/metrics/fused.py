@@ -1,4 +1,4 @@
-"""What a metric is; and PSNR, SSIM and GMSD in one pass, fast enough for a search.
+"""PSNR, SSIM and GMSD in one pass, fast enough for a search.
 
 Squared differences of float32 images are summed in float64. SSIM and GMSD are float32, at twice the
 lanes: SSIM changes by less than 1e-5, on views without any texture by 2e-4, GMSD by less than 1e-6.
@@ -8,11 +8,11 @@ scikit-image is the oracle for PSNR and SSIM, a plain NumPy twin for GMSD (both 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from fsel.core.compiled import reordered
+from fsel.metrics.contract import Metric
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -26,34 +26,6 @@ C1, C2 = F(0.01**2), F(0.03**2)
 GMSD_CONSTANT = F(170.0 / 255.0**2)
 LUMA = (F(0.299), F(0.587), F(0.114))
 PSNR_CEILING = 100.0  # dB, for identical images
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A metric of images.
-
-    Attributes:
-        name: key in the registry, in the config and in every table's file.
-        label: how printed tables head its column.
-        higher_is_better: its direction.
-        score: (rendered (T, h, w, 3) float32 in [0, 1], truth (T, h, w, 3) uint8, masks (T, h, w)
-            bool or None) -> (T,) float64, of the part inside the mask. Settings are keywords.
-        unit: of its values; empty where they have none.
-        digits: decimals that tables print.
-        check: refuses settings that `score` could not work with; None where there are none.
-    """
-
-    name: str
-    label: str
-    higher_is_better: bool
-    score: Callable[..., np.ndarray]
-    unit: str = ""
-    digits: int = 3
-    check: Callable[..., None] | None = None
-
-    def printed(self, value: float) -> str:
-        """Return a value with its decimals."""
-        return f"{value:.{self.digits}f}"
 
 
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:

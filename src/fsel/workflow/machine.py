@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 # bytes: every evaluation makes and drops arrays of megabytes: glibc would return their pages to
@@ -46,11 +47,16 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
     return {k: v for k, v in PINNED.items() if wide or k != "OPENCV_CPU_DISABLE"}
 
 
-def prepare(source: Path, verbose: bool = False) -> None:
+def prepare(clone: Path | None, verbose: bool = False) -> None:
     """Set what every job inherits, unless it is set already, and print what is set otherwise where
-    `verbose`; `source` is the folder of the library that jobs run."""
-    others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, dict.fromkeys([str(source), *others])))
+    `verbose`; jobs run the library of a clone of the repository, or the installed one."""
+    if clone is not None:
+        found = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        search = dict.fromkeys([str(clone / "src"), *found])
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, search))
+    # what workflow/envs/fsel.post-deploy.sh installs
+    source = f"fsel[workflow]=={version('fsel')}" if clone is None else f"{clone}[workflow]"
+    os.environ["FSEL"] = source
     own = pinned()
     for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)
