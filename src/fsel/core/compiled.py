@@ -18,6 +18,7 @@ from fsel.core.files import cache
 
 EXACT = {"nnan", "nsz"}  # no NaN, and no sign of zero: least and largest of two in one instruction
 REORDERED = {"reassoc", "contract"}
+PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 COMPILED = "compiled"  # folder of the user's cache
 INSTALLED = {"site-packages", "dist-packages"} & {*Path(__file__).parts}
 
@@ -46,6 +47,12 @@ exact = _stored(error_model="numpy", fastmath=EXACT)
 
 reordered = _stored(error_model="numpy", fastmath=REORDERED)
 """Compile a function whose sums may be taken in any order, and fused with products."""
+
+exact_part = numba.njit(error_model="numpy", fastmath=EXACT, **PART)
+"""As `exact`, of a function that others call, never Python."""
+
+reordered_part = numba.njit(error_model="numpy", fastmath=REORDERED, **PART)
+"""As `reordered`, of a function that others call, never Python."""
 
 inlined = numba.njit(inline="always", nogil=True, error_model="numpy")
 """Paste a function into the compiled ones that call it: it is compiled as they are."""

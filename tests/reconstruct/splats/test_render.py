@@ -62,7 +62,8 @@ def test_a_cloud_is_accumulated_as_one_by_one():
     bins = render.BINS - 1 - ((1 / z - 0.1) * scale).astype(int)
     line, column = ((w + 0.5).clip(0, 17).astype(int) for w in (v, u))
     np.add.at(mass, (line, bins.clip(0), column), inside * cloud[:, 3])
-    reach = render._reach(mass, (low, scale), F(0.06))
+    reach = np.zeros((18, 18), F)
+    render._reach(mass, (low, scale), F(0.06), reach)
     for i in np.flatnonzero(inside):
         x, y = int(u[i]), int(v[i])
         for row, column in ((y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)):

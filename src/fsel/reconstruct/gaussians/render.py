@@ -16,11 +16,12 @@ NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not dr
 
 def camera_of(
     world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
-) -> np.ndarray:
-    """Return (22,) float64 numbers of a camera as `projection.project` reads them, of its (3, 4)
-    pose in the Gaussians' frame, (4,) intrinsics and (width, height) in pixels, and least depth."""
+) -> tuple[float, ...]:
+    """Return the 22 numbers of a camera as `projection.project` reads them, of its (3, 4) pose in
+    the Gaussians' frame, (4,) intrinsics and (width, height) in pixels, and least depth."""
     center = -world_to_camera[:, :3].T @ world_to_camera[:, 3]
-    return np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
+    read = np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
+    return tuple(read.tolist())
 
 
 class Canvas:
@@ -38,7 +39,7 @@ class Canvas:
         self._source = np.empty(most, np.int32)
         self._parts = np.empty((0, rasterize.SUMS), dtype)  # sums of each Gaussian on each tile
 
-    def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: np.ndarray):
+    def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: tuple):
         """Render an (n, c) table's Gaussians, their opacities times (n,) `factor`, into `image`,
         and the light that passes into `rest`; return the (v,) int32 rows that are seen,
         ascending."""

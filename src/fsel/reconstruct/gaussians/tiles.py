@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.compiled import exact, inlined
+from fsel.core.compiled import exact, exact_part
 from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
 
 TILE = 8  # pixels
@@ -94,7 +94,7 @@ def joined(bands):
     return np.concatenate([bands[0][0][:1], *starts]), np.concatenate([m for _, m in bands])
 
 
-@inlined
+@exact_part
 def _lines(rows, n, height):
     """Return the first and last row of tiles that an ellipse may reach."""
     low = max(rows[n, V] - rows[n, HALF_Y] - 0.5 - SLACK, 0.0)
@@ -102,7 +102,7 @@ def _lines(rows, n, height):
     return int(np.ceil(low)) // TILE, int(np.floor(high)) // TILE
 
 
-@inlined
+@exact_part
 def _span(rows, n, line, width):
     """Return the first and last tile of a row whose pixel centres an ellipse may reach."""
     low = max(line * TILE + 0.5 - rows[n, V], -rows[n, HALF_Y])
@@ -120,7 +120,7 @@ def _span(rows, n, line, width):
     return first // TILE, last // TILE
 
 
-@inlined
+@exact_part
 def _edge(rows, n, y, side):
     """Return the left (-1) or right (1) end of the ellipse at a height, from its middle."""
     a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]

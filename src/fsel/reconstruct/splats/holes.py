@@ -4,59 +4,42 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 
 F = np.float32
 
 HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 
 
-@exact
 def typical_weight(total):
     """Return the median weight of an (h, w, 4) image's pixels with any; 1 where there are none."""
-    met, count = np.empty(total.shape[0] * total.shape[1], F), 0
-    for y in range(total.shape[0]):
-        for x in range(total.shape[1]):
-            met[count] = total[y, x, 3]
-            count += total[y, x, 3] > 0
-    if count == 0:
+    met = total[..., 3][total[..., 3] > 0]
+    if len(met) == 0:
         return F(1)
-    ranked = np.partition(met[:count], count // 2)
-    middle, below = ranked[count // 2], F(0)
-    for weight in ranked[: count // 2]:
-        below = max(below, weight)
-    return middle if count % 2 else F(0.5) * (below + middle)
+    middle = len(met) // 2
+    met.partition(middle)
+    return met[middle] if len(met) % 2 else F(0.5) * (met[:middle].max() + met[middle])
 
 
-@exact
 def fill_holes(total, typical):
     """Return (h, w, 3) float32 colours, 0..255, of (h, w, 4) weighted sums and weights, mixed with
     coarser levels (pull-push) where weight is below a quarter of `typical`."""
-    height, width = total.shape[:2]
-    planes = np.empty((4, height, width), F)
-    for y in range(height):
-        for x in range(width):
-            for c in range(4):
-                planes[c, y, x] = total[y, x, c]
-    levels = [planes]
+    levels = [np.ascontiguousarray(total.transpose(2, 0, 1))]
     while max(levels[-1].shape[1:]) > 1:
-        levels.append(_halved(levels[-1]))
+        height, width = levels[-1].shape[1:]
+        levels.append(np.empty((4, (height + 1) // 2, (width + 1) // 2), F))
+        _halve(levels[-2], levels[-1])
     color = np.zeros((3, 1, 1), F)
-    for i in range(len(levels)):
-        color = _blended(color, levels[len(levels) - 1 - i], HALF_WEIGHT * typical)
-    filled = np.empty((height, width, 3), F)
-    for y in range(height):
-        for x in range(width):
-            for c in range(3):
-                filled[y, x, c] = color[c, y, x]
-    return filled
+    for planes in reversed(levels):
+        coarse, color = color, np.empty((3, *planes.shape[1:]), F)
+        _blend(coarse, planes, HALF_WEIGHT * typical, color)
+    return color.transpose(1, 2, 0)
 
 
 @exact
-def _halved(planes):
-    """Return 2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
-    height, width = planes.shape[1:]
-    half = np.empty((4, (height + 1) // 2, (width + 1) // 2), F)
+def _halve(planes, half):
+    """Fill 2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
+    height, width = planes.shape[1], planes.shape[2]
     for c in range(4):
         for y in range(half.shape[1]):
             upper = planes[c, 2 * y]
@@ -67,15 +50,13 @@ def _halved(planes):
                 half[c, y, x] = first + share * (lower[2 * x] + lower[2 * x + 1])
             if width % 2:
                 half[c, y, width // 2] = F(0.25) * upper[width - 1] + share * lower[width - 1]
-    return half
 
 
 @exact
-def _blended(coarse, planes, full):
-    """Return the coarser (3, ...) colours, enlarged, under the level's own by its weight."""
-    height, width = planes.shape[1:]
-    rows, columns = coarse.shape[1:]
-    color = np.empty((3, height, width), F)
+def _blend(coarse, planes, full, color):
+    """Fill the coarser (3, ...) colours, enlarged, under the level's own by its weight."""
+    height, width = planes.shape[1], planes.shape[2]
+    rows, columns = coarse.shape[1], coarse.shape[2]
     between, own, unit = np.empty(columns, F), np.empty(width, F), np.empty(width, F)
     for y in range(height):
         v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(rows - 1))
@@ -92,10 +73,9 @@ def _blended(coarse, planes, full):
             _widen(between, line)
             for x in range(width):
                 line[x] += own[x] * (level[x] * unit[x] - line[x])
-    return color
 
 
-@exact
+@exact_part
 def _widen(short, line):
     """Fill a line of twice the length, or one less, with a line's linear interpolation."""
     width = len(line)
