@@ -51,8 +51,5 @@ reordered = _stored(error_model="numpy", fastmath=REORDERED)
 exact_part = numba.njit(error_model="numpy", fastmath=EXACT, **PART)
 """As `exact`, of a function that others call, never Python."""
 
-reordered_part = numba.njit(error_model="numpy", fastmath=REORDERED, **PART)
-"""As `reordered`, of a function that others call, never Python."""
-
 inlined = numba.njit(inline="always", nogil=True, error_model="numpy")
 """Paste a function into the compiled ones that call it: it is compiled as they are."""

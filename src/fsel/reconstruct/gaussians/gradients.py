@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import reordered, reordered_part
+from fsel.core.compiled import inlined, reordered
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, basis, slope
 from fsel.reconstruct.gaussians.projection import (
     RED,
@@ -141,7 +141,7 @@ def _shade_back(table, degree, lens, rows, rank, source, sums, grad):
             grad[i, 2] += (dz - along * z) * inverse
 
 
-@reordered_part
+@inlined
 def _shape_back(lens, x, y, z, turn, s, back):
     """Return the gradients of point, logarithmic scales and quaternion by the covariance."""
     r, unit, shrink = rotation(turn)
@@ -167,7 +167,7 @@ def _shape_back(lens, x, y, z, turn, s, back):
     return _tilt_back(lens, x, y, z, m, n), scale, quarter
 
 
-@reordered_part
+@inlined
 def _tilt_back(lens, x, y, z, m, n):
     """Return the gradients of the point from those of the projection's derivative."""
     tilt_x, tilt_y = tilts(lens, x, y, z)
@@ -182,7 +182,7 @@ def _tilt_back(lens, x, y, z, m, n):
     return dx, dy, -rows / z - dx * tilt_x - dy * tilt_y
 
 
-@reordered_part
+@inlined
 def _rotation_back(m, d, s, unit, shrink):
     """Return the gradient of the quaternion, through its matrix and normalisation."""
     g = (

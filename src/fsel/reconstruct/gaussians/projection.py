@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import reordered, reordered_part
+from fsel.core.compiled import inlined, reordered
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MOST, basis
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
@@ -68,7 +68,7 @@ def project(table, degree, factor, lens, rows, source):
     return count, depth
 
 
-@reordered_part
+@inlined
 def seen(point, lens):
     """Return a position in the camera's axes."""
     x, y, z = point
@@ -79,7 +79,7 @@ def seen(point, lens):
     )
 
 
-@reordered_part
+@inlined
 def rotation(turn):
     """Return a quaternion's matrix, row by row, the unit quaternion, and one over its length."""
     w, x, y, z = turn
@@ -93,7 +93,7 @@ def rotation(turn):
     return matrix, (w, x, y, z), scale
 
 
-@reordered_part
+@inlined
 def tilts(lens, x, y, z):
     """Keep x / z and y / z in the widened field of view, where the projection is linearised."""
     fx, fy, cx, cy = lens[15], lens[16], lens[17], lens[18]
@@ -104,7 +104,7 @@ def tilts(lens, x, y, z):
     return tilt_x, tilt_y
 
 
-@reordered_part
+@inlined
 def flattened(lens, x, y, z, r, sizes):
     """Return the covariance a, b, c on the image, and the two 2x3 matrices behind it, of a `lens`
     of `numbers`, (9,) rotation r and deviations `sizes`."""
@@ -132,7 +132,7 @@ def flattened(lens, x, y, z, r, sizes):
     return (a, b, c), m, t
 
 
-@reordered_part
+@inlined
 def direction(point, lens):
     """Return the unit vector from the camera to the Gaussian, and one over the distance."""
     x, y, z = point[0] - lens[12], point[1] - lens[13], point[2] - lens[14]
