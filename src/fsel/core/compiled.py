@@ -9,18 +9,56 @@ digits differ between two makers of processors.
 
 from __future__ import annotations
 
+import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.caching import FunctionCache
 
 from fsel.core.files import cache
+from fsel.core.limits import WHEN_COMPILED
 
 EXACT = {"nnan", "nsz"}  # no NaN, and no sign of zero: least and largest of two in one instruction
 REORDERED = {"reassoc", "contract"}
-PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
+PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # no entry from Python
 COMPILED = "compiled"  # folder of the user's cache
 INSTALLED = {"site-packages", "dist-packages"} & {*Path(__file__).parts}
+
+
+LONGEST = 60.0  # seconds that one process waits for another that compiles
+
+
+class SharedCache(FunctionCache):
+    """The stored code of a function, to which one process at a time adds: another waits, and finds
+    what it would have compiled too."""
+
+    def __init__(self, function: Any, lock: Path) -> None:
+        super().__init__(function)
+        self._lock_file, self._lock, self._began = lock, None, 0.0
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return what is stored for a signature; None where it is to be compiled."""
+        found = super().load_overload(signature, target)
+        if found is None:
+            from filelock import FileLock  # here: most processes compile nothing
+
+            self._lock = self._lock or FileLock(self._lock_file, LONGEST, is_singleton=True)
+            with suppress(OSError):  # waited too long, or a folder that nobody may write to
+                self._lock_file.parent.mkdir(parents=True, exist_ok=True)
+                self._lock.acquire()
+            found, self._began = super().load_overload(signature, target), time.perf_counter()
+            if found is not None:
+                self._lock.release()
+        return found
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Store what was compiled, and tell those who listen."""
+        super().save_overload(signature, data)
+        self._lock.release()
+        for tell in WHEN_COMPILED:
+            tell(time.perf_counter() - self._began)
 
 
 def _stored(**options: Any) -> Any:
@@ -32,9 +70,12 @@ def _stored(**options: Any) -> Any:
         if INSTALLED:
             numba.config.CACHE_DIR = stated or str(cache() / COMPILED)
         try:
-            return numba.njit(cache=True, nogil=True, **options)(function)
+            made = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
+            folder = Path(numba.config.CACHE_DIR or Path(__file__).parent / "__pycache__")
+            made._cache = SharedCache(function, folder / "compiling.lock")
         finally:
             numba.config.CACHE_DIR = stated
+        return made
 
     return compiled
 
@@ -50,6 +91,9 @@ reordered = _stored(error_model="numpy", fastmath=REORDERED)
 
 exact_part = numba.njit(error_model="numpy", fastmath=EXACT, **PART)
 """As `exact`, of a function that others call, never Python."""
+
+reordered_part = numba.njit(error_model="numpy", fastmath=REORDERED, **PART)
+"""As `reordered`, of a function that others call, never Python."""
 
 inlined = numba.njit(inline="always", nogil=True, error_model="numpy")
 """Paste a function into the compiled ones that call it: it is compiled as they are."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.core.compiled import reordered
+from fsel.core.compiled import reordered, reordered_part
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -172,7 +172,7 @@ def _ssim(first, second, counted, step, width):
     return total
 
 
-@reordered
+@reordered_part
 def _weigh(line, step, out):
     """The Gaussian over eleven entries that lie a step apart; slices, as they vectorise."""
     l0, l1, l2, l3, l4 = line, line[step:], line[2 * step :], line[3 * step :], line[4 * step :]
@@ -206,7 +206,7 @@ def _gmsd(first, second, mask):
     return np.sqrt(max(squares / count - mean * mean, 0.0))
 
 
-@reordered
+@reordered_part
 def _halved(image):
     """2x2 means; a last odd row or column is dropped."""
     half = np.empty((image.shape[0] // 2, image.shape[1] // 2), F)
@@ -218,7 +218,7 @@ def _halved(image):
     return half
 
 
-@reordered
+@reordered_part
 def _gradients(image):
     """Magnitude of the Prewitt gradient, where a pixel has its whole 3x3 neighbourhood."""
     out = np.empty((image.shape[0] - 2, image.shape[1] - 2), F)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import inlined, reordered
+from fsel.core.compiled import inlined, reordered, reordered_part
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, basis, slope
 from fsel.reconstruct.gaussians.projection import (
     RED,
@@ -53,7 +53,7 @@ def backward(table, degree, lens, rows, rank, source, sums, grad):
         _scatter(block, source, grad, start, count)
 
 
-@reordered
+@reordered_part
 def _gather(table, lens, rows, rank, source, sums, block, start, count):
     for p in range(count):
         n, i = rank[start + p], source[start + p]
@@ -70,7 +70,7 @@ def _gather(table, lens, rows, rank, source, sums, block, start, count):
             block[(SUMS + k) * LANES + p] = sums[n, 4 + k]
 
 
-@reordered
+@reordered_part
 def _scatter(block, source, grad, start, count):
     for p in range(count):
         i = source[start + p]
@@ -80,7 +80,7 @@ def _scatter(block, source, grad, start, count):
             grad[i, 3 + k] += block[(SCALE_OUT + k) * LANES + p]
 
 
-@reordered
+@reordered_part
 def _differentiate(block, lens):
     """Fill the gradients of a block from its other numbers."""
     for o in range(LANES):
@@ -113,7 +113,7 @@ def _differentiate(block, lens):
         block[at], block[at + LANES], block[at + 2 * LANES], block[at + 3 * LANES] = quarter
 
 
-@reordered
+@reordered_part
 def _shade_back(table, degree, lens, rows, rank, source, sums, grad):
     """Add the gradients of opacities and harmonics, and through them of the positions."""
     values, weights = np.empty(16), np.empty(16)

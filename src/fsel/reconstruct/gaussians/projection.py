@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import inlined, reordered
+from fsel.core.compiled import inlined, reordered, reordered_part
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MOST, basis
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
@@ -140,7 +140,7 @@ def direction(point, lens):
     return x * inverse, y * inverse, z * inverse, inverse
 
 
-@reordered
+@reordered_part
 def _shade(table, degree, lens, rows, source):
     """Fill the colours of the projected Gaussians, seen from the camera."""
     values = np.empty(MOST)

@@ -49,7 +49,8 @@ class Canvas:
 
         def band(top: int, bottom: int):
             made = tiles.assign(self.rows, self._lines, self.width, top, bottom)
-            rasterize.composite(self.rows, *made, *out, top * across)
+            room = rasterize.room(self.image.dtype)
+            rasterize.composite(self.rows, *made, room, *out, top * across)
             return made
 
         self.tiles = tiles.joined(spread(band, ranges(down, FEWEST_LINES, BANDS)))
@@ -79,7 +80,7 @@ class Canvas:
         call `update(first, last)`, if any, for ranges of the Gaussians seen."""
         (_, members), ends = self.tiles, np.empty(len(self.tiles[0]) - 1, np.int64)
         sums = np.zeros((len(self.rows), rasterize.SUMS), table.dtype)
-        given = self.rows, *self.tiles, self.image, gradient, ends
+        given = self.image, gradient, ends
         parts = ranges(len(ends), FEWEST_TILES, PARTS)
         apart = len(parts) > 1
         if apart and len(self._parts) < len(members):
@@ -88,7 +89,8 @@ class Canvas:
 
         def tiled(first: int, last: int) -> None:
             out = self._parts if apart else sums
-            rasterize.backward(*given, out, apart, first, last)
+            room = rasterize.room(self.image.dtype)
+            rasterize.backward(self.rows, *self.tiles, room, *given, out, apart, first, last)
             if apart:  # sums are added in the order of the tiles, as on one thread
                 add_up(first, last)
 
