@@ -10,7 +10,7 @@ from pathlib import Path
 from fsel.workflow.machine import pinned
 
 # Of two workers one begins with the first half, which compiles nearly all; the other with what
-# takes longest and compiles little. In the other order both would compile the same at once.
+# takes longest and compiles little. In the other order one would wait for what the other compiles.
 FIRST = [
     "reconstruct", "selectors", "metrics", "synthetic", "core", "features", "fuzz", "evaluation",
     "selection", "workflow", "captures", "stages", "test_recipes.py",

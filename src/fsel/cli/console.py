@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
 from fsel.core.files import json_text
+from fsel.core.wording import counted
 
 PATIENCE = 2.0  # seconds before a bar is shown
 COMPILING = 3.0  # seconds of compiling before it is told, and each time that they are fourfold
@@ -137,5 +138,5 @@ class Compiling:
         self.functions, self.seconds = self.functions + 1, self.seconds + seconds
         if self.seconds >= self.told and not self.console.quiet:
             self.told = 4 * self.seconds
-            said = f"{self.functions} functions in {self.seconds:.0f} s so far"
+            said = f"{counted(self.functions, 'function')} in {self.seconds:.0f} s so far"
             print(f"fsel: compiling for this machine, once: {said}", file=sys.stderr, flush=True)
