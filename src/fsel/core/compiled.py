@@ -9,6 +9,7 @@ digits differ between two makers of processors.
 
 from __future__ import annotations
 
+import gc
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -44,6 +45,8 @@ class SharedCache(FunctionCache):
         if found is None:
             from filelock import FileLock  # here: most processes compile nothing
 
+            if not gc.get_freeze_count():  # a tenth of the time looks at what was imported before
+                gc.freeze()
             self._lock = self._lock or FileLock(self._lock_file, LONGEST, is_singleton=True)
             with suppress(OSError):  # waited too long, or a folder that nobody may write to
                 self._lock_file.parent.mkdir(parents=True, exist_ok=True)

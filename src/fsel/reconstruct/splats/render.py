@@ -6,12 +6,13 @@ import numpy as np
 
 from fsel.core.compiled import exact
 from fsel.reconstruct.lanes import add_scaled
-from fsel.reconstruct.splats.holes import fill_holes, typical_weight
+from fsel.reconstruct.splats.holes import fill_holes
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
 
 BINS = 24  # of inverse depth in the depth pass
+TOGETHER = 16  # views whose holes are filled at once
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
 
 
@@ -32,9 +33,13 @@ def render_views(splats, colors, poses, ks, size, tolerance, depths):
     room = make_room(splats.shape[1], size)
     painted = np.ones((len(colors), 4), F)
     painted[:, :3] = colors
-    for image, pose, k in zip(out, poses, ks, strict=True):
-        total = render_view(splats, painted, pose, k, size, tolerance, depths, room)
-        np.divide(fill_holes(total, typical_weight(total)), F(255), out=image)
+    for first in range(0, len(out), TOGETHER):
+        images = out[first : first + TOGETHER]
+        planes = np.empty((len(images), 4, height, width), F)
+        for t, plane in enumerate(planes, first):
+            total = render_view(splats, painted, poses[t], ks[t], size, tolerance, depths, room)
+            plane[:] = total.transpose(2, 0, 1)
+        np.divide(fill_holes(planes), F(255), out=images)
     return np.clip(out, F(0), F(1), out=out)
 
 
