@@ -12,8 +12,9 @@ from __future__ import annotations
 import gc
 import time
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
 from numba.core.caching import FunctionCache
@@ -21,14 +22,23 @@ from numba.core.caching import FunctionCache
 from fsel.core.files import cache
 from fsel.core.limits import WHEN_COMPILED
 
+if TYPE_CHECKING:
+    from filelock import FileLock
+
 EXACT = {"nnan", "nsz"}  # no NaN, and no sign of zero: least and largest of two in one instruction
 REORDERED = {"reassoc", "contract"}
 PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # no entry from Python
 COMPILED = "compiled"  # folder of the user's cache
 INSTALLED = {"site-packages", "dist-packages"} & {*Path(__file__).parts}
-
-
 LONGEST = 60.0  # seconds that one process waits for another that compiles
+
+
+@lru_cache
+def _lock(file: Path) -> FileLock:
+    """Return the one lock of a file: a function that is compiled within another has it already."""
+    from filelock import FileLock  # here: most processes compile nothing
+
+    return FileLock(file, LONGEST)
 
 
 class SharedCache(FunctionCache):
@@ -37,29 +47,26 @@ class SharedCache(FunctionCache):
 
     def __init__(self, function: Any, lock: Path) -> None:
         super().__init__(function)
-        self._lock_file, self._lock, self._began = lock, None, 0.0
+        self._file, self._began = lock, 0.0
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return what is stored for a signature; None where it is to be compiled."""
         found = super().load_overload(signature, target)
         if found is None:
-            from filelock import FileLock  # here: most processes compile nothing
-
             if not gc.get_freeze_count():  # a tenth of the time looks at what was imported before
                 gc.freeze()
-            self._lock = self._lock or FileLock(self._lock_file, LONGEST, is_singleton=True)
             with suppress(OSError):  # waited too long, or a folder that nobody may write to
-                self._lock_file.parent.mkdir(parents=True, exist_ok=True)
-                self._lock.acquire()
+                self._file.parent.mkdir(parents=True, exist_ok=True)
+                _lock(self._file).acquire()
             found, self._began = super().load_overload(signature, target), time.perf_counter()
             if found is not None:
-                self._lock.release()
+                _lock(self._file).release()
         return found
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Store what was compiled, and tell those who listen."""
         super().save_overload(signature, data)
-        self._lock.release()
+        _lock(self._file).release()
         for tell in WHEN_COMPILED:
             tell(time.perf_counter() - self._began)
 
