@@ -130,11 +130,11 @@ def _box_filter(cost, rows, out):
                 out[y, x, d] = np.uint8(np.uint32(total * np.uint32(7282)) >> np.uint32(16))
 
 
-def merge_costs(first, second, third, fourth, count):
+def merge_costs(costs, count):
     """Return (h, w, D) int16 twice the mean, rounded down, of the better half of the first `count`
-    uint8 costs, which tolerates occlusion."""
-    out = np.empty(first.shape, S)
-    _merge_costs(first, second, third, fourth, count, out)
+    of four uint8 costs, which tolerates occlusion."""
+    out = np.empty(costs[0].shape, S)
+    _merge_costs(*costs, count, out)
     return out
 
 
