@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import exact, exact_part, inlined, reordered_part
+from fsel.core.compiled import exact, inlined, reordered
 from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS, GAIN
 from fsel.features.static import FLAT
 from fsel.selectors.conditioned_kernels import begin, update
@@ -36,7 +36,7 @@ _P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10, _P11 = _P
 _FIVE, _HALF, _ONE, _SQUARE = (np.float32(v) for v in (5, 0.5, 1, 2 / 25))
 
 
-@exact_part
+@exact
 def _scale(column, selectable):
     """Mean of a column over the rows still selectable, and one over its deviation, 0 if flat."""
     total, scale, count = 0.0, 0.0, 0
@@ -66,23 +66,16 @@ def standardise_rows(raw, selectable, out):
 
 
 @exact
-def _best_of(fixed, coefficients, raw, selectable, total):
-    """Fill the scores; return the row with the highest of those not yet picked, the lowest of
-    equals."""
-    for i in range(len(total)):
-        total[i] = fixed[i]
-    for c in range(len(coefficients)):
-        if coefficients[c] != 0:
-            mean, factor = _scale(raw[c], selectable) if c != GAIN else (0.0, 1.0)
-            for i in range(len(total)):
-                total[i] += coefficients[c] * ((raw[c, i] - mean) * factor)
+def _best_of(scores, selectable):
+    """The row with the highest score of those not yet picked; ties go to the lowest."""
     best = -1
-    for i in range(len(total)):
-        if selectable[i] and (best < 0 or total[i] > total[best]):
+    for i in range(len(scores)):
+        if selectable[i] and (best < 0 or scores[i] > scores[best]):
             best = i
     return best
 
 
+@exact
 def run_linear(k, fixed, coefficients, rows, picks, scores):
     """Run the greedy loop (paper, Eq. 1 and 2) with a linear scorer; write (k,) picks and scores.
 
@@ -97,7 +90,13 @@ def run_linear(k, fixed, coefficients, rows, picks, scores):
     raw, memory = begin(rows)
     selectable, total = np.ones(n, np.bool_), np.empty(n)
     for step in range(k):
-        row = _best_of(fixed, coefficients, raw, selectable, total)
+        total[:] = fixed
+        for c in range(FOLLOWING):
+            if coefficients[c] != 0:
+                mean, factor = _scale(raw[c], selectable) if c != GAIN else (0.0, 1.0)
+                for i in range(n):
+                    total[i] += coefficients[c] * ((raw[c, i] - mean) * factor)
+        row = _best_of(total, selectable)
         picks[step], scores[step] = row, total[row]
         selectable[row] = False
         update(row, selectable, rows, memory, raw)
@@ -121,7 +120,7 @@ def _gelu(z):
     return _HALF * z * (_ONE + x * p)
 
 
-@reordered_part
+@reordered
 def _score_block(block, base, inputs, narrow, hidden, product, out):
     """Write float32 scores, less the last bias, of up to 64 rows."""
     first, second, second_bias, third = narrow
@@ -141,16 +140,18 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
 
 
 @exact
-def _approximate_scores(rows, base, inputs, narrow, out):
-    """Write float32 scores, less the last bias, of some rows to (n,) `out`, given (n, 64) `base` of
-    the first layer that no pick changes."""
+def _approximate_scores(selectable, base, inputs, narrow, out):
+    """Write (n,) float32 scores, less the last bias, of the rows not yet picked, given (n, 64)
+    `base` of the first layer that no pick changes; return those rows."""
     hidden, product = np.empty((BLOCK, WIDTH), np.float32), np.empty((BLOCK, WIDTH), np.float32)
+    rows = np.flatnonzero(selectable)
     for start in range(0, len(rows), BLOCK):
         block = rows[start : start + BLOCK]
         _score_block(block, base, inputs, narrow, hidden, product, out)
+    return rows
 
 
-@exact_part
+@exact
 def _exact_score(static, inputs, wide):
     """One row's float64 score with the exact GELU, and the magnitude of its terms; (19,) `static`
     inputs and (5,) that follow the selection."""
@@ -179,9 +180,7 @@ def _exact_score(static, inputs, wide):
 @exact
 def _best_row(rows, approximate, static, inputs, wide):
     """The best of some rows and its float64 score, the lowest of equals."""
-    top = rows[0]
-    for i in rows:
-        top = i if approximate[i] > approximate[top] else top
+    top = rows[np.argmax(approximate[rows])]
     best = top
     best_score, magnitude = _exact_score(static[top], inputs[top], wide)
     limit = approximate[top] - ROUNDING * magnitude
@@ -193,6 +192,7 @@ def _best_row(rows, approximate, static, inputs, wide):
     return best, best_score
 
 
+@exact
 def run_network(k, static, base, rows, layers, picks, scores):
     """Run the greedy loop (paper, Eq. 1 and 2) with a network; write (k,) picks and scores.
 
@@ -210,8 +210,7 @@ def run_network(k, static, base, rows, layers, picks, scores):
     inputs, approximate = np.empty((n, FOLLOWING)), np.empty(n, np.float32)
     for step in range(k):
         standardise_rows(raw, selectable, inputs)
-        free = np.flatnonzero(selectable)
-        _approximate_scores(free, base, inputs, layers.narrow, approximate)
+        free = _approximate_scores(selectable, base, inputs, layers.narrow, approximate)
         row, scores[step] = _best_row(free, approximate, static, inputs, layers.wide)
         picks[step] = row
         selectable[row] = False

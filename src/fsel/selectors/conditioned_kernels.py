@@ -35,6 +35,7 @@ class Memory(NamedTuple):
     gains: np.ndarray
 
 
+@exact
 def begin(rows):
     """Return the raw columns, (5, n), and the memory before the first pick."""
     n, views = rows.closeness.shape
@@ -56,6 +57,7 @@ def begin(rows):
     return raw, memory
 
 
+@exact
 def update(row, selectable, rows, memory, raw):
     """Update the memory and the (5, n) raw columns by one pick, no longer `selectable`."""
     count = len(selectable) - selectable.sum()
@@ -69,7 +71,8 @@ def update(row, selectable, rows, memory, raw):
     for c, points in enumerate((rows.centers, rows.axes, rows.bearings)):
         _spread(points, row, count, memory.ranked[c], memory.inverse_sums[c], raw[SPREAD[c]])
         _enough(selectable, raw[SPREAD[c]])
-    memory.covered[:] += rows.closeness[row]
+    for o in range(len(memory.covered)):
+        memory.covered[o] += rows.closeness[row, o]
     _least_apart(rows.look_embedding, row, memory.apart)
     _look(rows.visible, row, memory)
     _gain(rows, memory, raw[GAIN])
@@ -155,12 +158,16 @@ def _least_apart(looks, row, out):
         out[i] = min(out[i], math.sqrt(here) + math.sqrt(ahead))
 
 
+@exact
 def _look(visible, row, memory):
     """Count what a pick sees, in the views that it is near to."""
-    views = len(visible.nearest)
-    for o, m in zip(*np.nonzero(visible.nearest == row), strict=True):
-        memory.rates[o] += visible.seen[o, m]
-        _visibility_gains(visible.seen[o], memory.rates[o], views, memory.gains[o])
+    for o in range(len(visible.nearest)):
+        for m in range(visible.nearest.shape[1]):
+            if visible.nearest[o, m] == row:
+                memory.rates[o] += visible.seen[o, m]
+                _visibility_gains(
+                    visible.seen[o], memory.rates[o], len(visible.nearest), memory.gains[o]
+                )
 
 
 @reordered
@@ -174,10 +181,14 @@ def _visibility_gains(seen, rates, views, out):
         out[m] = gain
 
 
+@exact
 def _gain(rows, memory, out):
     """The target gain: closeness to the views, and their points that come into view."""
     target_gain(rows.closeness, memory.covered, memory.apart, out)
-    np.add.at(out, rows.visible.nearest, POINTS * memory.gains)
+    nearest = rows.visible.nearest
+    for o in range(len(nearest)):
+        for m in range(nearest.shape[1]):
+            out[nearest[o, m]] += POINTS * memory.gains[o, m]
 
 
 @reordered
