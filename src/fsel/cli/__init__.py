@@ -45,13 +45,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: Namespace, interruption: Interruption) -> int:
     try:
         command = import_module(f"fsel.cli.{args.command}")
-        from fsel.cli.console import Console
-        from fsel.core.limits import set_threads
+        from fsel.cli.console import Compiling, Console
+        from fsel.core.limits import WHEN_COMPILED, set_threads
 
         if getattr(args, "threads", None):
             set_threads(args.threads)
         interruption.working = True
-        command.run(args, Console(args.quiet, args.json))
+        console = Console(args.quiet, args.json)
+        WHEN_COMPILED[:] = [Compiling(console)]
+        command.run(args, console)
         interruption.working, interruption.said = False, LATE
     except BaseException as error:
         interruption.working = False

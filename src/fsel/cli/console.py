@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
 from fsel.core.files import json_text
+from fsel.core.wording import counted
 
 STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
+COMPILING = 3.0  # seconds of compiling before it is told, and each time that they are fourfold
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
 
@@ -118,3 +120,18 @@ class _Report:
         for made, item in enumerate(items, 1):
             yield item
             self(made, count)
+
+
+class Compiling:
+    """A line on standard error now and then while functions are compiled, where that is long."""
+
+    def __init__(self, console: Console) -> None:
+        self.console, self.functions, self.seconds, self.told = console, 0, 0.0, COMPILING
+
+    def __call__(self, seconds: float) -> None:
+        """Count a function that was compiled."""
+        self.functions, self.seconds = self.functions + 1, self.seconds + seconds
+        if self.seconds >= self.told and not self.console.quiet:
+            self.told = 4 * self.seconds
+            said = f"{counted(self.functions, 'function')} in {self.seconds:.0f} s so far"
+            print(f"fsel: compiling for this machine, once: {said}", file=sys.stderr, flush=True)

@@ -153,7 +153,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         if depth_map is None:
             costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
-            cost = stereo.merge_costs(*padded, len(costs))
+            cost = stereo.merge_costs(padded, len(costs))
             settings = self.settings
             small, large = np.int16(settings.small_penalty), np.float32(settings.large_penalty)
             total = stereo.aggregate(cost, self.frames[frame].grey, small, large)
