@@ -11,7 +11,7 @@ from small_captures import ring
 from fsel.captures import sampling
 from fsel.captures.colmap import failures, mapping
 from fsel.captures.colmap.mapping import Mapped
-from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.colmap.runs import Part, SearchTime, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.video import SampledFrame, Sampling
@@ -103,7 +103,7 @@ def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):
     placing += [lambda name: number(name) < 61] * 2
     found = placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
     assert len(given) == 5  # denser frames were not placed either
-    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 9}]
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 3}]
 
 
 def test_what_is_like_the_last_frame_is_lost_with_it(scripted, tmp_path, monkeypatch):
@@ -300,7 +300,7 @@ def test_steps_of_the_global_mapper_are_read_from_its_log(tmp_path, monkeypatch)
                 file.write(text)
 
     monkeypatch.setattr(mapping, "WAIT", 0)
-    assert list(mapping._steps(Process(), log)) == [0, 1]
+    assert list(mapping._steps(Process(), log, SearchTime())) == [0, 1]
 
 
 @pytest.mark.parametrize(
