@@ -31,6 +31,7 @@ UNIT = np.array([1.0, 1, 0, 0])  # intrinsics of rays
 EXPLAINED, PLACED = 0.85, 0.95  # of the matches and frames, by a model that needs no other
 TRACKS = 100  # of an image, that the global mapper places cameras by: it finds the others again
 GROWN = 1.4  # a model by so much, all of which is adjusted again: COLMAP's own for videos
+PAIRS_TRIED = 30  # to begin with: COLMAP's 200 take minutes where a scene is far away
 LEAST_SECONDS = 30  # of the incremental mapper where the global one placed nothing
 STEPS, WAIT = 6, 0.1  # of the global mapper, and seconds between looks at its log
 
@@ -98,7 +99,8 @@ def _steps(process: subprocess.Popen[bytes], log: Path, limit: SearchTime) -> It
 def _incrementally(
     database: Path, folder: Path, count: int, work: Work, start: Path | None
 ) -> Iterable[pycolmap.Reconstruction]:
-    rarely = {"ba_global_frames_ratio": GROWN, "ba_global_points_ratio": GROWN}
+    rarely: dict = {"ba_global_frames_ratio": GROWN, "ba_global_points_ratio": GROWN}
+    rarely["init_num_trials"] = PAIRS_TRIED
     if work.time.left < math.inf:
         rarely |= {"max_runtime_seconds": max(LEAST_SECONDS, round(work.time.left))}
     placed = iter(work.watch("poses")(range(count), count))  # frames of a model given up come again

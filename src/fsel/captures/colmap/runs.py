@@ -241,8 +241,8 @@ def _camera_of(database: Path, part: str, size: Size) -> int | None:
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:
     """Match and verify pairs of images, near ones first, so that they connect all where time runs
-    out. Pairs that the database has are passed over, and those of images that were all matched."""
-    done = database.with_name("matched.txt")
+    out. Pairs that the database has are passed over, and those of images matched before."""
+    done = database.with_suffix(".txt")  # names of images whose pairs were all matched
     known = set(done.read_text(encoding="utf-8").splitlines()) if done.is_file() else set()
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     chosen = [(i, j) for i, j in chosen if not known.issuperset((names[i], names[j]))]
