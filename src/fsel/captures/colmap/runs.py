@@ -37,7 +37,7 @@ PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
 FILMED_SECONDS = 0.4, 0.03  # all of that for a frame of a video, and a pair
 MAPPED_AS = 6  # pairs that take as long to match as a frame to be placed
-LEAST_MORE = 60.0  # seconds that are spent on frames that the first try did not place
+MORE, LEAST_MORE = 3.0, 60.0  # times the first try, and seconds, that more frames are sought for
 PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
@@ -59,8 +59,8 @@ class Part:
 class SearchTime:
     """Time of a search for poses, after which what is placed by then is kept.
 
-    Without a limit that a person states, the search for more than the first try places may take as
-    long again, or a minute. The first try is always mapped.
+    Without a limit that a person states, the search for more than the first try places may take
+    three times as long, or a minute. The first try is always mapped.
     """
 
     limit: float | None = None  # seconds in all
@@ -86,7 +86,7 @@ class SearchTime:
         """Note that the first try is over."""
         if self.first and self.limit is None:
             now = time.monotonic()
-            self.end = now + max(LEAST_MORE, now - self.began)
+            self.end = now + max(LEAST_MORE, MORE * (now - self.began))
         self.first = False
 
 
