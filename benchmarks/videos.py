@@ -2,11 +2,10 @@
 
     make videos
 
-Videos are those in `FSEL_VIDEOS`, or named. All sampled frames are placed once; one in eight is
-held out before anything is picked. Of the others: uniform in time, as `ffmpeg` and
-`ns-process-data` take, the sharpest of each interval (`best_n`), `thumbnail`, and what `fsel select
--k` keeps, each trained by `gaussians` at 128 pixels and scored on the frames held out: on all of
-them, on those that are not blurred, and on the worst tenth. Rows that are there are kept.
+All sampled frames of the videos in `FSEL_VIDEOS` are placed once; one in eight is held out before
+anything is picked. Uniform in time (as `ffmpeg` and `ns-process-data` take), the sharpest of each
+interval (`best_n`), `thumbnail`, and what `fsel select -k` keeps are trained by `gaussians`. Rows
+that are there are kept.
 """
 
 import argparse
@@ -34,10 +33,10 @@ UNIFORM, FSEL, OTHERS = "uniform", "fsel", ("best_n", "thumbnail")
 SCORES = ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians, {side} pixels
 
-`make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in {every} is held out. PSNR (dB)
-of uniform sampling in time, and what the others are ahead by, on all held-out frames / the sharp ones / the worst tenth of
-each selection. Mean of {seeds}; one fit of a selection differs from another by some 0.2 dB. The last rows are the means
-over the videos, and the worst of them. Nothing was tuned on these figures.
+`make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
+{every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
+held-out frames / the sharp ones / the worst tenth of each selection. Mean of {seeds}; two fits of
+one selection differ by some 0.2 dB.
 
 """
 
@@ -128,9 +127,8 @@ if __name__ == "__main__":
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
     old = pd.read_json(asked.rows, lines=True) if asked.rows.is_file() else pd.DataFrame()
-    known = set(
-        old[["video", "seed", "k", "method"]].itertuples(index=False, name=None) if len(old) else ()
-    )
+    cells = old.get(["video", "seed", "k", "method"], old)
+    known = set(cells.itertuples(index=False, name=None))
     for video in asked.videos:
         measure(video, asked, known)
     PAGE.write_text(page(pd.read_json(asked.rows, lines=True)), encoding="utf-8")
