@@ -35,8 +35,7 @@ HEAD = """# Real videos, trained Gaussians, {side} pixels
 
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
-held-out frames / the sharp ones / the worst tenth of each selection. Mean of {seeds}; two fits of
-one selection differ by some 0.2 dB.
+held-out frames / the sharp ones / the worst tenth of each selection. Mean of {seeds}.
 
 """
 

@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 from small_captures import ring
 
 from fsel.captures import sampling
-from fsel.captures.colmap import failures, mapping, runs
+from fsel.captures.colmap import failures, mapping, runs, search_time
 from fsel.captures.colmap.mapping import Mapped
-from fsel.captures.colmap.runs import Part, SearchTime, Work
+from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.video import SampledFrame, Sampling
@@ -124,7 +125,7 @@ def test_what_was_placed_first_is_kept_where_denser_frames_are_not_or_time_is_ov
 
 def test_the_search_for_more_ends_some_time_after_the_first_try(monkeypatch):
     now = iter([100.0, 150.0, 299.0, 301.0])
-    monkeypatch.setattr(runs.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(search_time.time, "monotonic", lambda: next(now))
     limit = SearchTime(began=100.0)
     assert limit.left == np.inf  # the first try is not cut
     limit.tried()  # after 50 s

@@ -16,7 +16,8 @@ from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, program
-from fsel.captures.colmap.runs import MIN_PLACED, SearchTime, Work, plan
+from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.previews import check_pixels

@@ -19,7 +19,8 @@ from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
 from fsel.captures.colmap.pairs import OVERLAP
-from fsel.captures.colmap.runs import MIN_PLACED, SEED, SearchTime, Work
+from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.files import emptied
 from fsel.core.limits import threads

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +15,7 @@ import numpy as np
 from fsel.captures.colmap import features, pairs, sift
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
@@ -37,7 +37,6 @@ PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
 FILMED_SECONDS = 0.4, 0.03  # all of that for a frame of a video, and a pair
 MAPPED_AS = 6  # pairs that take as long to match as a frame to be placed
-MORE, LEAST_MORE = 3.0, 60.0  # times the first try, and seconds, that more frames are sought for
 PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
@@ -53,41 +52,6 @@ class Part:
     numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
     ordered: bool
     panoramic: bool = False  # whether they show all directions
-
-
-@dataclass
-class SearchTime:
-    """Time of a search for poses, after which what is placed by then is kept.
-
-    Without a limit that a person states, the search for more than the first try places may take
-    three times as long, or a minute. The first try is always mapped.
-    """
-
-    limit: float | None = None  # seconds in all
-    began: float = field(default_factory=time.monotonic, compare=False)
-    end: float = field(default=math.inf, compare=False)
-    first: bool = field(default=True, compare=False)  # whether the first try is under way
-
-    def __post_init__(self) -> None:
-        if self.limit is not None:
-            self.end = self.began + self.limit
-
-    @property
-    def left(self) -> float:
-        """Seconds that are left."""
-        return self.end - time.monotonic()
-
-    @property
-    def over(self) -> bool:
-        """Whether a try for more is to be stopped."""
-        return not self.first and self.left <= 0
-
-    def tried(self) -> None:
-        """Note that the first try is over."""
-        if self.first and self.limit is None:
-            now = time.monotonic()
-            self.end = now + max(LEAST_MORE, MORE * (now - self.began))
-        self.first = False
 
 
 @dataclass(frozen=True)
