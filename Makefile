@@ -59,6 +59,11 @@ captures_384: .venv/installed
 	$(CAPTURES)_unknown.py $(AT_384) --starts 3 --budgets 10 --methods $(PRACTICE)
 	$(CAPTURES)_page.py --rows $(LARGE) -o docs/results/captures_384.md
 
+# selections of real videos in FSEL_VIDEOS: docs/results/videos.md
+.PHONY: videos
+videos: .venv/installed
+	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/videos.py
+
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
 .PHONY: results
 STUDIES = $(patsubst %,results/tables/%.tex,speed_error stability)

@@ -17,6 +17,7 @@ from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, program
 from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.previews import check_pixels
@@ -36,7 +37,7 @@ from fsel.core.wording import counted
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "progress is saved; run the same command again to resume"
-MADE = 7  # of what is kept: counted up where the same files are placed otherwise than before
+MADE = 8  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Opening:
     paths: tuple[Path, ...]  # a capture's folder; or videos and folders of photos of one scene
     poses: str = "layout"  # or `colmap`
     features: str | None = None  # what COLMAP matches; None for SIFT
+    pose_time: float | None = None  # seconds for finding poses, see `SearchTime`
     by: tuple[str, ...] = ()  # commands of the program that finds poses; empty for COLMAP
     pose_masks: str | None = None  # folder of masks that COLMAP keeps features to
     mask_by: tuple[str, ...] = ()  # commands of the program that makes such masks
@@ -72,8 +74,12 @@ def opened(
     sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
-    if (opening.features or opening.pose_masks) and not sought:
-        what = "--features" if opening.features else "--masks poses:DIR"
+    of_poses = {
+        "--features": opening.features,
+        "--masks poses:DIR": opening.pose_masks,
+        "--pose-time": opening.pose_time,
+    }
+    if (what := next((name for name, value in of_poses.items() if value), "")) and not sought:
         raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: `poses=colmap`")
     if not sought:
         with reporter.clock("reading"):
@@ -110,7 +116,8 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     by, kind = program(opening.by, "by"), opening.features or features.SIFT
     masks = _masks(opening)
     sources, sampling = _sources(opening, reporter)
-    place = cache() / _digest(sources, sampling, by, kind, masks)
+    made: list = ["time", opening.pose_time] if opening.pose_time else []
+    place = cache() / _digest(sources, sampling, by, kind, masks, made)
     place.mkdir(parents=True, exist_ok=True)
     with kept.locked(place / LOCK):
         report = kept.found_in(place, reporter)
@@ -123,7 +130,9 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            work = Work(place / MATCHING, watch=reporter.bar, by=by, features=kind, masks=masks)
+            limit = SearchTime(opening.pose_time)
+            settings = {"by": by, "features": kind, "masks": masks, "time": limit}
+            work = Work(place / MATCHING, watch=reporter.bar, **settings)
             found = _placed(sources, sampling, place, work, reporter)
             paths = [str(source.path) for source in sources]
             stated = {"sources": paths, "settings": sampling.stated}
@@ -283,6 +292,7 @@ def _digest(
     by: Estimator | None,
     kind: str,
     masks: Path | Estimator | None,
+    more: list,
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
@@ -291,5 +301,5 @@ def _digest(
     names = [source.name for source in sources]
     made: list = [by.by] if by else [kind] if kind != features.SIFT else []
     made += ["masks", masks.by] if isinstance(masks, Estimator) else []
-    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made])
+    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made, *more])
     return hashlib.sha256(known.encode()).hexdigest()[:16]

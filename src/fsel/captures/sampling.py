@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -24,6 +25,7 @@ from fsel.core.wording import counted
 IMAGES, TAKEN = "images", "taken.json"
 DENSER = 3.0  # times as many frames a second, where some were not placed
 LOOKED, FIRST = 5, 75  # images that say if they show all directions; frames that they are of
+STEP, SHORTER = 0.04, 0.9  # of the longer side that frames are apart; where too few are
 THUMBNAIL = 96  # pixels of the longer side of images that are compared with their neighbours
 Say = Callable[[str, str], None]
 
@@ -120,12 +122,16 @@ def take(
             shots = video.thin(source.path, images, pace, within=part, progress=watch)
             moving = _moving(source, shots, images)
         still = len(shots) - len(moving)
+        if sampling.free:
+            moving = _overlapping(moving, images, sampling.least)
         taken.shots[source.name], taken.paces[source.name] = moving, pace
         taken.ends[source.name] = shots[-1].seconds
         taken.still += still
         said = f"the sharpest frame in each of {len(shots)} intervals of {source.path.name}"
-        left_out = f"; dropped {counted(still, 'frame')} that repeat others" if still else ""
-        say("video", said + left_out)
+        said += f"; dropped {counted(still, 'frame')} that repeat others" if still else ""
+        near = len(shots) - still - len(moving)
+        said += f"; {len(moving)} taken, which overlap enough" if near else ""
+        say("video", said)
     taken.save(folder)
     return taken
 
@@ -148,12 +154,7 @@ def _moving(
     source: Source, shots: list[video.SampledFrame], images: Path
 ) -> list[video.SampledFrame]:
     """Return frames that differ from the one before them; the files of the others are removed."""
-    small = []
-    for shot in shots:
-        image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)
-        scale = THUMBNAIL / max(image.shape)
-        small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
-    keep = duplicates(np.array(small)) if shots else np.empty(0, bool)
+    keep = duplicates(_thumbnails(shots, images)) if shots else np.empty(0, bool)
     moving = [shot for shot, kept in zip(shots, keep, strict=True) if kept]
     for shot in set(shots) - set(moving):
         (images / shot.name).unlink()
@@ -168,6 +169,43 @@ def _moving(
             f"previous one: {STANDS}"
         )
     return moving
+
+
+def _thumbnails(shots: list[video.SampledFrame], images: Path) -> np.ndarray:
+    small = []
+    for shot in shots:
+        image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)
+        scale = THUMBNAIL / max(image.shape)
+        small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
+    return np.array(small)
+
+
+def _overlapping(
+    shots: list[video.SampledFrame], images: Path, least: int
+) -> list[video.SampledFrame]:
+    """Return the sharpest frame of each stretch in which the image moves by `STEP`, of shorter ones
+    where that leaves fewer than some; the files of the others are removed."""
+    if len(shots) <= least:
+        return shots
+    small, step = _thumbnails(shots, images), STEP
+    shares = [motion(one, other) for one, other in itertools.pairwise(small)]
+    moved = np.concatenate([[0.0], np.cumsum(shares)])
+    while len(np.unique(moved // step)) < least:
+        step *= SHORTER
+    best: dict[float, video.SampledFrame] = {}
+    for shot, stretch in zip(shots, (moved // step).tolist(), strict=True):
+        if stretch not in best or shot.sharpness > best[stretch].sharpness:
+            best[stretch] = shot
+    for shot in set(shots) - set(best.values()):
+        (images / shot.name).unlink()
+    return list(best.values())
+
+
+def motion(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the median motion of the pixels of two (h, w) uint8 grey images, as a share of the
+    longer side, by Farnebäck's optical flow (2003), which is the same on any number of threads."""
+    flow = cv2.calcOpticalFlowFarneback(one, other, None, 0.5, 3, 15, 3, 5, 1.2, 0)
+    return float(np.median(np.hypot(*flow.reshape(-1, 2).T))) / max(one.shape)
 
 
 def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:

@@ -20,6 +20,7 @@ UNPOSED = "none"  # of --poses
 OPENING = {
     "poses": "layout",
     "features": None,
+    "pose_time": None,
     "pose_masks": None,
     "video_frames": None,
     "rate": None,
@@ -161,6 +162,11 @@ def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> N
 def add_features(command: argparse._ActionsContainer) -> None:
     text = "features that COLMAP matches (default: sift); the network aliked may place more frames"
     command.add_argument("--features", choices=("sift", "aliked"), help=text)
+    text = (
+        "time for estimating poses, such as 2m, after which what is placed is used (default: what "
+        "the first try leaves out is sought for three times as long)"
+    )
+    command.add_argument("--pose-time", type=duration, metavar="TIME", help=text)
 
 
 def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
@@ -170,8 +176,8 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
         text = "video: take the sharpest frame of each of N equal intervals"
         thinned.add_argument("--video-frames", type=whole(3, 100_000), metavar="N", help=text)
     text = (
-        "video: frames to sample per second (default: 4, and 100 to 300 in all, or three per "
-        "frame to pick if that is more)"
+        "video: frames to sample per second (default: up to 4, as the camera moves; 60 to "
+        "300 in all, or three per frame to pick if that is more)"
     )
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
     text = "video: start at this time, such as 83 or 1:23 (--end TIME stops there)"

@@ -17,6 +17,7 @@ from fsel.pages.drawings import timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.export.record import closeness, reason, summary, trials
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.validation import ValidationResult
 
@@ -60,6 +61,7 @@ def page(shown: ReportContent) -> str:
         f'<p class="lead">{escape(summary(outcome))}</p>',
         *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
         *(f'<p class="warning">{escape(note)}.</p>' for note in shown.notes),
+        *_gap(shown),
         *_tried(selection.tried),
         '<div class="stage"><div>',
         *_world(outcome, shown.commands.viewing),
@@ -72,6 +74,16 @@ def page(shown: ReportContent) -> str:
         data("data", _content(shown, cards)),
     ]
     return document(f"{heading}: {source_name}", ("report.css", "scene.js", "report.js"), body)
+
+
+def _gap(shown: ReportContent) -> list[str]:
+    """Return a wide gap between the picks in words, with the picture of a frame in it."""
+    gap = gap_of(shown.outcome)
+    if gap is None or not gap.wide:
+        return []
+    picture = shown.pictures.get(gap.frame)
+    image = f'<br><img alt="{escape(gap.name)}" src="{source(picture)}">' if picture else ""
+    return [f'<p class="warning">{escape(str(gap))}.{image}</p>']
 
 
 def with_view(text: str, view: str) -> str:

@@ -19,6 +19,7 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.selection import budget
 from fsel.selection.bad_frames import in_words
 from fsel.selection.budget import Auto, Budget
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem
@@ -44,7 +45,11 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     seconds = {"health": examined_at - began, "images": time.perf_counter() - examined_at}
     selection, problem = _selection(replace(checked, targets=targets), capture, *read)
     seconds["select"] = selection.seconds
-    return Outcome(capture, targets, selection, problem, checked.method, health, seconds)
+    outcome = Outcome(capture, targets, selection, problem, checked.method, health, seconds)
+    gap = gap_of(outcome)
+    if gap is not None and gap.wide:
+        reporter.warn(str(gap))
+    return outcome
 
 
 def without_bad(

@@ -18,6 +18,7 @@ from fsel.core.wording import counted
 from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
 from fsel.selection.export.subset import Form
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 from fsel.selection.validation import LEAST_TARGETS, ValidationResult
@@ -59,6 +60,7 @@ def content(
         "frames": picked(outcome),
         "left": left(outcome) + unplaced(opened.found),
         "bad": None if health is None else bad_frames.entries(health, names),
+        "gap": _gap(outcome),
     }
 
 
@@ -120,6 +122,15 @@ def unplaced(found: dict | None) -> list[dict]:
         {"name": name, "reason": why + seconds.get(name, ""), "closest_pick": None}
         for name in found["not_placed"]
     ]
+
+
+def _gap(outcome: Outcome) -> dict | None:
+    """Describe the largest gap between the picks, in fields of view."""
+    gap = gap_of(outcome)
+    if gap is None:
+        return None
+    numbers = {"shift": round(gap.shift, 4), "usual": round(gap.usual, 4)}
+    return {"name": gap.name, "wide": gap.wide} | numbers
 
 
 def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:

@@ -1,0 +1,133 @@
+"""What selections of real videos are worth; writes docs/results/videos.md.
+
+    make videos
+
+All sampled frames of the videos in `FSEL_VIDEOS` are placed once; one in eight is held out before
+anything is picked. Uniform in time (as `ffmpeg` and `ns-process-data` take), the sharpest of each
+interval (`best_n`), `thumbnail`, and what `fsel select -k` keeps are trained by `gaussians`. Rows
+that are there are kept.
+"""
+
+import argparse
+import json
+import os
+from datetime import UTC, datetime
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from captures_unknown import EVERY, kept_by, scored
+
+from fsel.captures.lazy import LazyCapture
+from fsel.captures.opening import Opening, opened
+from fsel.captures.quality.examination import examined
+from fsel.selection.halving import halving_of
+from fsel.selection.request import SelectionRequest, checked_request
+from fsel.selection.select import select_frames
+
+HOME = Path(os.environ.get("FSEL_VIDEOS", "../shared/videos"))
+PAGE = Path(__file__).parents[1] / "docs/results/videos.md"
+SIDE, FIRST = 128, 3  # pixels of the longer side; the first frame held out
+UNIFORM, FSEL, OTHERS = "uniform", "fsel", ("best_n", "thumbnail")
+SCORES = ("all", "sharp", "worst tenth")
+HEAD = """# Real videos, trained Gaussians, {side} pixels
+
+`make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
+{every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
+held-out frames / the sharp ones / the worst tenth of each selection. Mean of {seeds}.
+
+"""
+
+
+def even_in_time(seconds: np.ndarray, k: int) -> np.ndarray:
+    """(k,) ascending rows of (n,) seconds nearest to k times from the first to the last."""
+    rows: list[int] = []
+    for time in np.linspace(seconds[0], seconds[-1], k):
+        free = np.setdiff1d(np.arange(len(seconds)), rows)
+        rows.append(int(free[np.argmin(np.abs(seconds[free] - time))]))
+    return np.sort(rows)
+
+
+def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.ndarray:
+    """(k,) rows of a part of a video that a method picks."""
+    if method == UNIFORM:
+        return even_in_time(seconds, k)
+    if method != FSEL:
+        request = SelectionRequest(part, k, method=method, keep_bad=True)
+        return select_frames(checked_request(request)).selection.indices
+    outcome = select_frames(checked_request(SelectionRequest(part, k, patience=0)))
+    rule, nothing = outcome.selection.indices, np.empty(0, np.int64)
+    race = halving_of(outcome.problem, rule, nothing)
+    return rule if race is None else kept_by(race)[0]
+
+
+def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
+    """Write the rows of a video that are not there yet."""
+    cells = product(asked.seeds, asked.budgets, (UNIFORM, FSEL, *OTHERS))
+    cells = [cell for cell in cells if (video.stem, *cell) not in known]
+    if not cells:
+        return
+    lazy = opened(Opening((video,)), long_side=SIDE)
+    names, count = lazy.capture.names, len(lazy.capture)
+    times = {shot["name"]: shot["seconds"] for shot in lazy.found["video"]}
+    seconds = np.array([times[name] for name in names])
+    held = np.arange(FIRST, count, EVERY)
+    seen = np.setdiff1d(np.arange(count), held)
+    sharp = ~np.isin(held, examined(lazy).of_kind("blurred"))
+    loaded, part = lazy.loaded(np.arange(count)), lazy.part(seen)
+    for seed, k, method in cells:
+        frames = np.sort(seen[picks_of(method, part, seconds[seen], min(k, len(seen) - 8))])
+        psnr = scored(loaded, "gaussians", seed, frames, held, SIDE)[:, 0]
+        row = {"video": video.stem, "seed": seed, "k": k, "method": method, "frames": count}
+        row |= {"picks": frames.tolist(), "psnr": psnr.round(3).tolist(), "sharp": sharp.tolist()}
+        with asked.rows.open("a") as file:
+            print(json.dumps(row), file=file, flush=True)
+
+
+def page(rows: pd.DataFrame) -> str:
+    """Return the page of the rows: each cell has the three scores."""
+    worst = [np.sort(one)[: max(1, len(one) // 10)].mean() for one in rows["psnr"]]
+    sharp = [
+        np.mean(np.array(p)[s] if any(s) else p)
+        for p, s in zip(rows["psnr"], rows["sharp"], strict=True)
+    ]
+    rows = rows.assign(**dict(zip(SCORES, (rows["psnr"].map(np.mean), sharp, worst), strict=True)))
+    table = rows.groupby(["k", "video", "method"])[list(SCORES)].mean().unstack("method")
+    seeds = f"{rows['seed'].nunique()} seed" + "s" * (rows["seed"].nunique() > 1)
+    head = {"side": SIDE, "every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+    text, methods = HEAD.format(**head), (FSEL, *OTHERS)
+    for k, part in table.groupby(level="k"):
+        part = part.droplevel("k").dropna()
+        gains = {m: np.array([part[s][m] - part[s][UNIFORM] for s in SCORES]).T for m in methods}
+        text += f"## K = {k}\n\n| video | uniform | {' | '.join(f'`{m}`' for m in methods)} |\n"
+        text += "|---" * 5 + "|\n"
+        for at, video in enumerate(part.index):
+            own = " / ".join(f"{part[s][UNIFORM].iloc[at]:.1f}" for s in SCORES)
+            text += f"| {video} | {own} | {' | '.join(_cell(gains[m][at]) for m in methods)} |\n"
+        for name, of in (("mean", np.mean), ("worst", np.min)):
+            cells = [_cell(of(gains[m], axis=0)) for m in methods]
+            text += f"| {name} | | {' | '.join(cells)} |\n"
+        text += "\n"
+    return text.rstrip() + "\n"
+
+
+def _cell(gains: np.ndarray) -> str:
+    return " / ".join(f"{gain:+.2f}" for gain in gains)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    found = sorted(path for path in HOME.glob("*") if path.suffix in (".mp4", ".m4v", ".mov"))
+    parser.add_argument("videos", nargs="*", type=Path, default=found)
+    parser.add_argument("--rows", type=Path, default=Path("results/videos.jsonl"))
+    parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
+    asked = parser.parse_args()
+    asked.rows.parent.mkdir(parents=True, exist_ok=True)
+    old = pd.read_json(asked.rows, lines=True) if asked.rows.is_file() else pd.DataFrame()
+    cells = old.get(["video", "seed", "k", "method"], old)
+    known = set(cells.itertuples(index=False, name=None))
+    for video in asked.videos:
+        measure(video, asked, known)
+    PAGE.write_text(page(pd.read_json(asked.rows, lines=True)), encoding="utf-8")
