@@ -8,7 +8,6 @@ from snakemake.utils import min_version
 min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
-from fsel.core.files import fingerprint
 from fsel.workflow import cases, inputs, requirements, scenes
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare

@@ -4,7 +4,7 @@ import json
 import sys
 import time
 from argparse import Namespace
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import cv2
 import numpy as np
@@ -64,6 +64,10 @@ def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     assert "(the point closest to all optical axes)" in printed
     assert "blurred   1 frame left out: frame_005.jpg (" in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
+    table = fsel.how_many(capture)
+    assert found["how_many"] == json.loads(json.dumps(asdict(table)))
+    assert table.total == 23  # without the blurred one
+    assert str(table) in printed
     assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())
     assert sorted(found["worth_keeping"]) == sorted(entry["name"] for entry in picked["frames"])
@@ -76,13 +80,18 @@ def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
     budget = (content := record_of(out))["budget"]
     assert content["settings"]["k"] == "auto"
     assert len(content["frames"]) == budget["frames"] == budget["enough"]
-    rule = {"threshold": 0.02, "memory": None, "size": [64, 48], "trainer": "splats"}
+    rule = {"loss": 0.5, "memory": None, "size": [64, 48], "trainer": "splats"}
     assert budget["rule"] == rule
     chosen = fsel.select(fsel.read_capture(capture, long_side=64), "auto", "every:6")
-    assert budget["gain"] == pytest.approx(chosen.budget.gain)  # of the points, which were read
-    assert budget["reason"] in capsys.readouterr().out
-    assert budget["reason"] in (out / "report.html").read_text()
-    assert f"{budget['gain']:.3f} dB" in budget["reason"]
+    assert budget["table"] == json.loads(json.dumps(asdict(chosen.budget.table)))
+    printed = capsys.readouterr().out
+    assert budget["reason"] in printed
+    assert str(chosen.budget.table) in printed
+    report = (out / "report.html").read_text()
+    assert budget["reason"] in report
+    assert 'aria-label="PSNR against all frames"' in report
+    assert select(capture, "-k", "auto", "--loss", "3", "-o", tmp_path / "few") == 0
+    assert record_of(tmp_path / "few")["budget"]["frames"] < budget["frames"]
 
 
 def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):

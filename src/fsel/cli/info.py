@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from fsel.core.names import natural
 from fsel.core.wording import counted
 from fsel.selection import bad_frames
 from fsel.selection.api import select
+from fsel.selection.budget import HowMany
 from fsel.selection.export.record import reason
 from fsel.selection.focus import scene_bounds
 from fsel.selection.paths import attention
@@ -62,15 +64,17 @@ def run(args: argparse.Namespace, console: Console) -> None:
         console.say(*line)
     if not health.findings:
         console.say("bad", "no frames")
+    console.text(f"{table}\n" if (table := result["how_many"]) else "")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
-    console.give(result | {"agreement": str(opened.agreement)})
+    known = {"agreement": str(opened.agreement), "how_many": table and asdict(table)}
+    console.give(result | known)
 
 
 def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
     """Return the report that the command prints, of a capture, the same with its points."""
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
-    keep, enough = _worth_keeping(capture, health)
+    keep, enough, table = _worth_keeping(capture, health)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     looked_at = None  # where the cameras look at no common point
     with suppress(ValueError):
@@ -91,17 +95,18 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
         "bad": bad_frames.entries(health, capture.names),
         "worth_keeping": keep,
         "enough": enough,
+        "how_many": table,
     }
 
 
-def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
-    """Return the names of the frames that `fsel select -k auto` keeps, and why so many."""
+def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str, HowMany | None]:
+    """Return the frames that `fsel select -k auto` keeps, why so many, and what others lose."""
     if len(capture) < LEAST_FRAMES:
-        return list(capture.names), f"all {len(capture)} frames: too few to select from"
+        return list(capture.names), f"all {len(capture)} frames: too few to select from", None
     bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
     chosen = select(capture, AUTO, never=bad, keep_bad=True)
-    budget = chosen.budget
-    return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
+    names, budget = sorted(chosen.names, key=natural), chosen.budget
+    return (names, "", None) if budget is None else (names, reason(budget), budget.table)
 
 
 def _unregistered(opened: LazyCapture) -> list[str]:

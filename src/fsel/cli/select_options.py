@@ -27,7 +27,7 @@ TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen
 RECORDED = (
     *("k", "targets", "weights", "patience", "cover", "cover_share", "masks", "box"),
-    *("geometry_only", "keep_bad", "vram", "trainer", "always", "never", "long_side"),
+    *("geometry_only", "keep_bad", "loss", "vram", "trainer", "always", "never", "long_side"),
     *("undistort", "up", "views"),
 )
 """Options that selection.json repeats, in its order."""
@@ -61,6 +61,10 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("-k", type=number_or_auto, help=text)
     group.add_argument("--views", action="store_true", help=argparse.SUPPRESS)
+    text = (
+        "with -k auto: dB of PSNR to lose against all frames at most, 9 times in 10 (default: 0.5)"
+    )
+    group.add_argument("--loss", type=positive, metavar="DB", help=text)
     text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)

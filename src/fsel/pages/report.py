@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from html import escape
 
 import cv2
@@ -16,6 +17,7 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
+from fsel.selection.budget import Budget
 from fsel.selection.export.record import covered, reason, summary, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
@@ -206,9 +208,23 @@ def _charts(outcome: Outcome) -> list[str]:
     served = f"Service of the whole capture, measured at {len(outcome.served)} of its frames"
     chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
     return [
+        *_how_many(outcome.selection.budget),
         "<h2>How close the picks are to the views</h2>",
         f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
         f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
+    ]
+
+
+def _how_many(budget: Budget | None) -> list[str]:
+    """Draw what numbers of frames lose against all, with the interval, where one was found."""
+    if budget is None or not budget.table.rows:
+        return []
+    values = np.array([astuple(row) for row in budget.table.rows]).T
+    chart = line_chart({"PSNR": Line(*values)}, "frames", "+.1f", "PSNR against all frames")
+    said = f"PSNR (dB) against all {budget.table.total} frames, with its 90 % interval."
+    return [
+        "<h2>How many frames are needed</h2>",
+        f"<figure>{chart}<figcaption>{said}</figcaption></figure>",
     ]
 
 

@@ -1,9 +1,9 @@
-"""Number of frames that is enough: what more would gain, predicted, and what memory allows.
+"""Number of frames: what fewer than all of them lose, with an interval, and what memory allows.
 
-The shift of a view is the parallax and the turn between it and a picked frame, in fields of view:
-how far the image moves. PSNR is predicted to fall in proportion to the mean shift of the views'
-closest, second and third picked frame; by how much was fitted to reconstructions of training scenes
-(`tools/fit_budget.py`).
+The loss of K of N frames is taken as a (K^-c - N^-c) dB. The distribution of a over real captures,
+at each K, was measured with trained Gaussians (`tools/how_many.py`; docs/results/how_many.md): its
+quantiles are those of split conformal prediction (Papadopoulos et al. 2002), a capture being the
+unit, so that they hold for a capture drawn as those were.
 """
 
 from __future__ import annotations
@@ -12,17 +12,14 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import TypedDict
 
 import numpy as np
 
-from fsel.core.capture import Capture, Views
-from fsel.core.geometry import pairwise_angles, pairwise_distances
-from fsel.selection.scene_depth import viewing_distance
-
-THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
-WHOLE = 30  # views of a whole capture that the number of frames is found by
-NEAREST = 3  # picked frames that a view is served by
-RECORD = "budget.json"
+LOSS = 0.5  # dB
+SHARES = {"low": 0.05, "median": 0.5, "high": 0.95, "bound": 0.9}  # of captures that lose less
+RECORD = "how_many.json"
+BEYOND = 1.5  # ratio of numbers of frames in the table, beyond those that were measured
 LEAST = 2  # frames that a reconstruction needs
 SPLATS = "splats"
 CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver, context and gaps
@@ -30,33 +27,78 @@ CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver
 
 @dataclass(frozen=True)
 class Auto:
-    """Number of frames chosen automatically: the fewest that suffice, within a memory limit.
+    """Number of frames chosen automatically: the fewest that lose little, within a memory limit.
 
     Attributes:
-        threshold: dB; picking ends where no further frames are predicted to gain as much each.
+        loss: dB of PSNR against all frames that may be lost, 9 times in 10.
         memory: bytes that a reconstruction may take; None for no limit.
         size: (width, height) in pixels of the images that are trained on, for `memory`; None for
             the capture's own.
         trainer: that the memory is for, a key of `fsel.selection.budget.NEEDS`.
 
     Raises:
-        ValueError: for a threshold that is not above zero.
+        ValueError: for a loss that is not above zero.
 
     Example:
-        >>> few = fsel.select("captures/garden", fsel.Auto(threshold=0.05), targets="every:8")
+        >>> few = fsel.select("captures/garden", fsel.Auto(loss=1), targets="every:8")
     """
 
-    threshold: float = THRESHOLD
+    loss: float = LOSS
     memory: int | None = None
     size: tuple[int, int] | None = None
     trainer: str = SPLATS
 
     def __post_init__(self) -> None:
-        if not 0 < self.threshold < np.inf:
+        if not 0 < self.loss < np.inf:
             raise ValueError(
-                f"threshold is {self.threshold}; allowed: numbers above 0, in dB a frame. "
-                f"Hint: the default is {THRESHOLD}; larger values keep fewer frames"
+                f"loss is {self.loss}; allowed: numbers above 0, in dB of PSNR against all frames. "
+                f"Hint: the default is {LOSS}; larger values keep fewer frames"
             )
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number of frames, and PSNR against all frames in dB: the median over captures and the ends
+    of its 90 % interval, above zero where fewer frames are better."""
+
+    frames: int
+    psnr: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class HowMany:
+    """PSNR of fewer frames against all frames of a capture, as predicted before training.
+
+    Attributes:
+        total: all frames.
+        rows: numbers of frames, ascending.
+    """
+
+    total: int
+    rows: tuple[Row, ...]
+
+    @classmethod
+    def of(cls, total: int) -> HowMany:
+        """Return the table of a capture with so many frames."""
+        record = shipped()
+        ladder = [*record["frames"]]
+        while ladder[-1] < total:
+            ladder.append(round(BEYOND * ladder[-1], -1))
+        frames = np.array([k for k in ladder if k < total], np.int64)
+        low, median, high, _ = losses(record, frames, total).round(2).tolist()
+        rows = zip(frames.tolist(), median, high, low, strict=True)
+        return cls(total, tuple(Row(k, -mid, -most, -least) for k, mid, most, least in rows))
+
+    def __str__(self) -> str:
+        lines = [f"{'frames kept':>14}   PSNR against all {self.total}, 9 times in 10"]
+        for row in self.rows:
+            better = "; fewer are better" if row.psnr > 0 else ""
+            lines.append(
+                f"{row.frames:>14}   {row.psnr:+.1f} dB ({row.low:+.1f} to {row.high:+.1f}){better}"
+            )
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -66,94 +108,59 @@ class Budget:
     Attributes:
         rule: that it was found by.
         frames: how many.
-        enough: the smallest number after which no frames are predicted to gain the threshold each.
-        within: the largest number that fit the memory, or None.
-        gain: dB that the last frame kept is predicted to gain.
-        missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
+        enough: the smallest number that loses at most `rule.loss`, 9 times in 10.
+        within: the largest number that fits the memory, or None.
+        table: what other numbers lose.
     """
 
     rule: Auto
     frames: int
     enough: int
     within: int | None
-    gain: float
-    missing: float
+    table: HowMany
 
 
-def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
-    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
+class Record(TypedDict):
+    """The calibration: numbers of frames K, and for each the rate a that shares of captures stay
+    below."""
 
-    Parallax is the distance of the cameras over the median depth of what the pool looks at.
-    """
-    depth = np.median(viewing_distance(capture.views, capture.points)[pool])
-    apart = pairwise_distances(capture.centers[pool], views.centers)
-    parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
-    turn = pairwise_angles(capture.axes[pool], views.axes)
-    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
-
-
-def shifts(shift: np.ndarray) -> np.ndarray:
-    """(n + 1, 3) mean shift over the views of their closest, second and third picked frame.
-
-    Row k is after k picks, whose (n, T) `view_shift` is in order; what is not there counts as 1.
-    """
-    closest = np.ones((NEAREST, shift.shape[1]))
-    out = np.ones((len(shift) + 1, NEAREST))
-    for k, row in enumerate(shift, 1):
-        closest = np.sort(np.concatenate([closest, row[None]]), axis=0)[:NEAREST]
-        out[k] = closest.mean(axis=1)
-    return out
+    frames: list[int]
+    low: list[float]
+    median: list[float]
+    high: list[float]
+    bound: list[float]
 
 
-def predicted(mean_shifts: np.ndarray, worth: np.ndarray) -> np.ndarray:
-    """(n + 1,) dB gained over no frames at all, of `shifts`, never falling.
-
-    `worth` is (3,) dB that a field of view of the closest, second and third frame is worth.
-    """
-    return (1 - mean_shifts) @ worth
-
-
-def enough(quality: np.ndarray, threshold: float) -> int:
-    """The smallest number of frames, two or more, from which on no further ones gain as much as the
-    threshold, in dB, each, on average; quality is (n + 1,) dB after 0, 1, ... n picks.
-
-    A single frame that gains little does not end the picking where the next ones gain more.
-    """
-    return LEAST + int(np.argmax((quality - threshold * np.arange(len(quality)))[LEAST:]))
+def losses(record: Record, frames: np.ndarray, total: int) -> np.ndarray:
+    """Return (4, n) dB of PSNR that so many frames lose against all, by `SHARES`: the ends of the
+    90 % interval, the median, and what is not exceeded 9 times in 10."""
+    known, at = -1 / np.sqrt(record["frames"]), -1 / np.sqrt(frames)
+    rates = [np.interp(at, known, record[name]) for name in SHARES]
+    return np.array(rates) * (-1 / np.sqrt(total) - at)
 
 
-def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
-    """Number of picks of a pool, by its (n, T) `view_shift`, that suffices to find the budget: with
-    more, the whole gain would be below the threshold for each."""
-    whole = (1 - np.sort(shift, axis=0)[:NEAREST].mean(axis=1)) @ worth[: len(shift)]
-    return min(len(shift), LEAST + int(min(whole / auto.threshold, len(shift))))
+def enough(record: Record, loss: float, total: int) -> int:
+    """Return the smallest number of frames, two or more, from which on none loses more than so many
+    dB, 9 times in 10."""
+    frames = np.arange(LEAST, total + 1)
+    over = losses(record, frames, total)[-1] > loss
+    return int(frames[over].max(initial=LEAST - 1)) + 1
 
 
-def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray) -> Budget:
-    """Find how many picks to keep by their (n, T) `view_shift` in order, n from `most`.
-
-    `size` is (width, height) of the capture's images; for `worth` see `predicted`.
-    """
-    quality = predicted(shifts(shift), worth)
-    least = enough(quality, auto.threshold)
+def find(auto: Auto, total: int, size: tuple[int, int]) -> Budget:
+    """Find how many of all frames to keep; `size` is (width, height) of the capture's images."""
+    least = enough(shipped(), auto.loss, total)
     fits = None if auto.memory is None else within(auto.memory, auto.size or size, auto.trainer)
     frames = least if fits is None else min(least, fits)
-    ahead = (quality[frames + 1 :] - quality[frames]) / np.arange(1, len(quality) - frames)
-    return Budget(
-        rule=auto,
-        frames=frames,
-        enough=least,
-        within=fits,
-        gain=float(quality[frames] - quality[frames - 1]),
-        missing=float(ahead.max(initial=0.0)),
-    )
+    return Budget(auto, frames, least, fits, HowMany.of(total))
 
 
 @cache
-def shipped_worth() -> np.ndarray:
-    """(3,) what `predicted` multiplies, as the package has it; `make weights` remakes it."""
+def shipped() -> Record:
+    """Return the calibration in the package; `make how_many` remakes it."""
     text = (files("fsel.selectors") / "weights" / RECORD).read_text(encoding="utf-8")
-    return np.array(json.loads(text)["worth"])
+    record: Record = json.loads(text)
+    return record
 
 
 @dataclass(frozen=True)

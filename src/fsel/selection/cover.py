@@ -11,7 +11,6 @@ import numpy as np
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
-from fsel.selection.budget import Auto
 
 if TYPE_CHECKING:
     from fsel.selectors.baselines.covisibility import Tracks
@@ -38,7 +37,7 @@ class Cover:
     even: tuple[int, ...]
 
 
-def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:
+def seeing_all(problem: Problem, k: int | None, times: int, share: float) -> Problem:
     """The same with frames that are picked first, so that a share of the points is seen so often.
 
     Raises:

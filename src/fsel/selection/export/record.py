@@ -159,16 +159,14 @@ def _left_out(outcome: Outcome, frame: int) -> str:
 
 def reason(budget: Budget) -> str:
     """Return the reason for a number of frames, in words."""
+    rule = budget.rule
     if budget.within is not None and budget.within < budget.enough:
         return (
-            f"{budget.frames} frames, the most that {budget.rule.trainer} fits into "
-            f"{budget.rule.memory:,} bytes; more frames, up to {budget.enough}, are predicted to "
-            f"gain up to {budget.missing:.3f} dB each"
+            f"{budget.frames} frames, the most that {rule.trainer} fits into {rule.memory:,} "
+            f"bytes; {budget.enough} would lose at most {rule.loss:g} dB, 9 times in 10"
         )
-    return (
-        f"{budget.frames} frames: the last is predicted to gain {budget.gain:.3f} dB, further ones "
-        f"less than {budget.rule.threshold:g} dB each"
-    )
+    lost = f"at most {rule.loss:g} dB lost against all {budget.table.total}, 9 times in 10"
+    return f"{budget.frames} frames: {lost} (--loss {rule.loss:g})"
 
 
 def summary(outcome: Outcome) -> str:
