@@ -2,15 +2,15 @@
 
 One frame in eight of each capture is held out. Trained Gaussians (600 steps, whatever the number of
 frames) are fitted to all others and to what the rule of `fsel select` picks of them. Rows that are
-there are kept; then the record in the package, the page and its plot are written.
+there are kept; then the record in the package is written, and what docs/results/how_many.md shows.
 """
 
-import argparse
 import json
 import os
+import sys
 import time
-from collections.abc import Iterator
-from datetime import UTC, datetime
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,9 @@ import pandas as pd
 
 import fsel
 from fsel.core.files import write_text
-from fsel.selection.budget import LOSS, QUANTILES, RECORD, HowMany, losses
+from fsel.evaluation.figures import COLORS, TEXT, name_axes, new_figure, save
+from fsel.evaluation.summary import write_csv
+from fsel.selection.budget import LOSS, RECORD, SHARES, Record, enough, losses
 from fsel.selectors.pretrained import FOLDER
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
@@ -29,12 +31,15 @@ FRAMES = (20, 45, 70, 8, 30, 12, 100)  # numbers of frames, in the order they ar
 SETTINGS: dict[str, Any] = {"steps": 600, "gaussians": 6000, "background": "mean"}
 SIDE = 128  # pixels
 
+Rule = Callable[[int], int]  # all frames -> frames kept
+
 
 def measure(file: Path) -> Iterator[dict[str, object]]:
     """Yield a row for every capture and number of frames that the file lacks; 0 stands for all."""
     known = set()
     if file.exists():
-        known = {(row["capture"], row["k"]) for row in map(json.loads, file.open())}
+        lines = file.read_text(encoding="utf-8").splitlines()
+        known = {(row["capture"], row["k"]) for row in map(json.loads, lines)}
     folders = sorted(path.parent for path in HOME.glob("*/sparse"))
     for k, folder in product((0, *FRAMES), folders):
         if (folder.name, k) in known:
@@ -59,24 +64,141 @@ def lost(rows: pd.DataFrame) -> pd.DataFrame:
     return table.drop(columns=0).rsub(table[0], axis=0)
 
 
-def calibrated(table: pd.DataFrame) -> dict[str, Any]:
-    """Return the record of captures' losses: quantiles of the rate a at each K.
+def calibrated(table: pd.DataFrame) -> Record:
+    """Return the rates a at each K that shares of captures stay below.
 
-    Beyond the last K that a capture has frames for, its rate there counts.
+    A capture with fewer frames than K counts by its rate at the most that it has.
     """
-    n = table.index.get_level_values("n").to_numpy(float)[:, None]
-    frames = table.columns.to_numpy()
-    rates = (table / (1 / np.sqrt(frames) - 1 / np.sqrt(n))).ffill(axis=1).to_numpy()
+    n, frames = _total(table), table.columns.to_numpy()
+    rates = (table / (1 / np.sqrt(frames) - 1 / np.sqrt(n[:, None]))).ffill(axis=1).to_numpy()
     found = {name: conformal(rates, share).round(3).tolist() for name, share in SHARES.items()}
-    return {"frames": frames.tolist(), **found, "captures": len(table)}
+    better = (rates < 0).mean(axis=0).round(3).tolist()
+    total = [int(n.min()), int(n.max())]
+    return {"frames": frames.tolist(), **found, "better": better, "total": total}
 
 
 def conformal(values: np.ndarray, share: float) -> np.ndarray:
-    """Return (K,) the quantiles of (C, K) values that a next one stays below with a probability.
-
-    The ceil(share (C + 1))-th smallest of C, or the largest; below a half, mirrored.
-    """
+    """Return (...) what a further one of (C, ...) values stays below with a probability: the
+    ceil(share (C + 1))-th smallest, or the largest; below a half mirrored."""
     if share < 0.5:
         return -conformal(-values, 1 - share)
     at = min(int(np.ceil(share * (len(values) + 1) - 1e-9)), len(values))
-    return np.sort(values, axis=0)[at - 1]
+    found: np.ndarray = np.sort(values, axis=0)[at - 1]
+    return found
+
+
+def at(loss: pd.Series, total: int, frames: float) -> float:
+    """Return dB that a capture loses with so many frames, between the numbers measured."""
+    known = loss.dropna()
+    places = -1 / np.sqrt([*known.index, total])
+    return float(np.interp(-1 / np.sqrt(min(frames, total)), places, [*known, 0.0]))
+
+
+def one_number(table: pd.DataFrame) -> Rule:
+    """Return the smallest number of frames with the guarantee of `-k auto`, the same for all."""
+    most = _smallest(table, np.arange(8, 1 + _total(table).max()), lambda at, total: at)
+    return lambda total: min(total, int(most))
+
+
+def one_share(table: pd.DataFrame) -> Rule:
+    """Return the smallest share of the frames with that guarantee."""
+    most = _smallest(table, np.arange(5, 101) / 100, lambda at, total: at * total)
+    return lambda total: int(np.ceil(most * total))
+
+
+def auto(table: pd.DataFrame) -> Rule:
+    """Return what `-k auto` keeps."""
+    return partial(enough, calibrated(table), LOSS)
+
+
+def left_out(table: pd.DataFrame, rule: Callable[[pd.DataFrame], Rule]) -> pd.DataFrame:
+    """Return n, what a rule keeps of each capture by all others, and dB lost with these frames."""
+    rows = []
+    for place, (name, n) in enumerate(table.index):
+        frames = rule(table.drop(table.index[place]))(n)
+        rows.append((name, n, frames, at(table.iloc[place], n, frames)))
+    return pd.DataFrame(rows, columns=["capture", "n", "frames", "loss"]).set_index("capture")
+
+
+def covered(table: pd.DataFrame) -> pd.DataFrame:
+    """Return of each K the captures, the share inside their 90 % interval by all others, the median
+    width of these intervals in dB, and the share that lose no more than the bound."""
+    rows = []
+    for place, (_, n) in enumerate(table.index):
+        known, own = table.iloc[place].dropna(), calibrated(table.drop(table.index[place]))
+        low, _, high, bound = losses(own, known.index.to_numpy(), n)
+        inside, held = (low <= known) & (known <= high), known <= bound
+        rows += zip(known.index, inside, high - low, held, known, strict=True)
+    each = pd.DataFrame(rows, columns=["K", "inside", "width", "within", "loss"]).groupby("K")
+    return each.agg(
+        captures=("inside", "size"),
+        loss=("loss", "median"),
+        inside=("inside", "mean"),
+        width=("width", "median"),
+        within=("within", "mean"),
+    )
+
+
+def _total(table: pd.DataFrame) -> np.ndarray:
+    """Return (C,) all frames of captures."""
+    return table.index.get_level_values("n").to_numpy(float)
+
+
+def _smallest(
+    table: pd.DataFrame, places: np.ndarray, frames: Callable[[float, float], float]
+) -> float:
+    """Return the smallest of (M,) places from which on the bound holds 9 times in 10."""
+    lost_at = [
+        [at(row, n, np.ceil(frames(place, n))) for place in places]
+        for (_, n), row in table.iterrows()
+    ]
+    over = conformal(np.array(lost_at), SHARES["bound"]) > LOSS
+    return float(places[min(int(np.flatnonzero(over).max(initial=-1)) + 1, len(places) - 1)])
+
+
+RULES = {"number": one_number, "share": one_share, "auto": auto}
+
+
+def draw(table: pd.DataFrame, band: int, path: Path) -> None:
+    """Draw losses against K, a line each capture, and the band of one of so many frames."""
+    figure = new_figure((TEXT, 3.2))
+    axis = figure.subplots()
+    for (_, n), row in table.iterrows():
+        known = row.dropna()
+        axis.plot([*known.index, n], [*-known, 0], color="0.6", linewidth=0.7)
+    frames = np.geomspace(table.columns.min(), band, 99)
+    low, median, high, _ = -losses(calibrated(table), frames, band)
+    axis.fill_between(frames, high, low, color=COLORS[1], alpha=0.25, linewidth=0)
+    axis.plot(frames, median, color=COLORS[1])
+    axis.set_xscale("log")
+    ticks = [*table.columns, 200]
+    axis.set_xticks(ticks, list(map(str, ticks)), minor=False)
+    axis.minorticks_off()
+    name_axes(axis, "frames kept", "PSNR against all frames (dB)")
+    save(figure, [path])
+
+
+def write(table: pd.DataFrame, folder: Path) -> None:
+    """Write the record of the package, and what docs/results/how_many.md shows."""
+    write_text(json.dumps(calibrated(table), indent=2) + "\n", FOLDER / RECORD)
+    draw(table, int(np.median(_total(table))), folder / "how_many.png")
+    write_csv(covered(table).reset_index(), folder / "intervals.csv")
+    kept = {name: left_out(table, rule) for name, rule in RULES.items()}
+    rules = [
+        (name, own["frames"].mean(), share.mean(), (own["loss"] <= LOSS).mean(), own["loss"].max())
+        for name, own in kept.items()
+        for share in [own["frames"] / own["n"]]
+    ]
+    columns = ["rule", "frames", "share", "within", "most"]
+    write_csv(pd.DataFrame(rules, columns=columns), folder / "rules.csv")
+    each = table.add_prefix("K").reset_index("n").join(kept["auto"].drop(columns="n"))
+    write_csv(each.reset_index(), folder / "captures.csv")
+
+
+if __name__ == "__main__":
+    rows = Path(sys.argv[1])
+    rows.parent.mkdir(parents=True, exist_ok=True)
+    with rows.open("a") as file:
+        for row in measure(rows):
+            print(json.dumps(row), file=file, flush=True)
+    write(lost(pd.read_json(rows, lines=True)), rows.parent)

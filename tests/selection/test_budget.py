@@ -11,7 +11,7 @@ from fsel.selection.budget import NEEDS, Auto, HowMany, enough, find, losses, sh
 
 SPLAT = 32  # bytes
 RATES = {"low": [-1.0, 1.0], "median": [4.0, 4.0], "high": [8.0, 12.0], "bound": [6.0, 10.0]}
-RECORD = {"frames": [4, 16], **RATES}
+RECORD = {"frames": [4, 16], "total": [20, 400], **RATES}
 
 
 def test_losses_are_rates_between_the_numbers_that_were_measured():
@@ -23,6 +23,14 @@ def test_losses_are_rates_between_the_numbers_that_were_measured():
     np.testing.assert_allclose(lost[:, 1], [0.15, 0.6, 1.8, 1.5])
     np.testing.assert_allclose(lost[:, 2], 0, atol=1e-12)
     np.testing.assert_allclose(lost[:, 3], [0.1, 0.4, 1.2, 1.0])  # beyond: the last rates
+
+
+def test_a_capture_of_more_frames_than_were_measured_has_a_wider_interval():
+    """Of four times as many: twice as wide about the median, 4."""
+    lost = losses(RECORD, np.array([4]), 1600)[:, 0] / (1 / 2 - 1 / 40)
+    np.testing.assert_allclose(lost, [-6, 4, 12, 8])
+    assert HowMany.of(10_000).unlike
+    assert not HowMany.of(max(shipped()["total"])).unlike
 
 
 @pytest.mark.parametrize(("loss", "frames"), [(1.0, 25), (0.999, 26), (9, 2), (1e-9, 100)])
@@ -52,7 +60,8 @@ def test_the_table_has_what_was_measured_and_goes_on_below_all_frames():
     assert max(frames) < 310 < 1.6 * max(frames)
     for row in table.rows:
         assert row.low <= row.psnr <= row.high
-    assert str(table).splitlines()[0].endswith("all 310, 9 times in 10")
+        assert (row.better > 0.5) == (row.psnr > 0)
+    assert len(str(table).splitlines()) == 1 + len(table.rows) + table.unlike
     assert HowMany.of(5).rows == ()
 
 

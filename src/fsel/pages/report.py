@@ -220,7 +220,7 @@ def _how_many(budget: Budget | None) -> list[str]:
     if budget is None or not budget.table.rows:
         return []
     values = np.array([astuple(row) for row in budget.table.rows]).T
-    chart = line_chart({"PSNR": Line(*values)}, "frames", "+.1f", "PSNR against all frames")
+    chart = line_chart({"PSNR": Line(*values[:4])}, "frames", "+.1f", "PSNR against all frames")
     said = f"PSNR (dB) against all {budget.table.total} frames, with its 90 % interval."
     return [
         "<h2>How many frames are needed</h2>",

@@ -9,16 +9,22 @@ unit, so that they hold for a capture drawn as those were.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import TypedDict
+from typing import TypeAlias
 
 import numpy as np
 
 LOSS = 0.5  # dB
 SHARES = {"low": 0.05, "median": 0.5, "high": 0.95, "bound": 0.9}  # of captures that lose less
 RECORD = "how_many.json"
+Record: TypeAlias = Mapping[str, Sequence[float]]
+"""The calibration: `frames`, numbers K of them; the rate a at each that `SHARES` of captures stay
+below; the share that lose nothing, `better`; and `total`, the fewest and the most frames of a
+capture."""
+UNLIKE = "more frames than any capture measured: the intervals are wider"
 BEYOND = 1.5  # ratio of numbers of frames in the table, beyond those that were measured
 LEAST = 2  # frames that a reconstruction needs
 SPLATS = "splats"
@@ -58,13 +64,14 @@ class Auto:
 
 @dataclass(frozen=True)
 class Row:
-    """A number of frames, and PSNR against all frames in dB: the median over captures and the ends
-    of its 90 % interval, above zero where fewer frames are better."""
+    """A number of frames; PSNR against all frames in dB, the median over captures and the ends of
+    its 90 % interval; and the share of captures in which fewer frames are better than all."""
 
     frames: int
     psnr: float
     low: float
     high: float
+    better: float
 
 
 @dataclass(frozen=True)
@@ -74,10 +81,12 @@ class HowMany:
     Attributes:
         total: all frames.
         rows: numbers of frames, ascending.
+        unlike: whether it has more frames than any capture that was measured.
     """
 
     total: int
     rows: tuple[Row, ...]
+    unlike: bool
 
     @classmethod
     def of(cls, total: int) -> HowMany:
@@ -87,18 +96,19 @@ class HowMany:
         while ladder[-1] < total:
             ladder.append(round(BEYOND * ladder[-1], -1))
         frames = np.array([k for k in ladder if k < total], np.int64)
-        low, median, high, _ = losses(record, frames, total).round(2).tolist()
-        rows = zip(frames.tolist(), median, high, low, strict=True)
-        return cls(total, tuple(Row(k, -mid, -most, -least) for k, mid, most, least in rows))
+        low, median, high, _ = -losses(record, frames, total).round(2) + 0.0  # not -0
+        better = np.interp(frames, record["frames"], record["better"]).round(2)
+        columns = (column.tolist() for column in (frames, median, high, low, better))
+        unlike = total > max(record["total"])
+        return cls(total, tuple(Row(*row) for row in zip(*columns, strict=True)), unlike)
 
     def __str__(self) -> str:
-        lines = [f"{'frames kept':>14}   PSNR against all {self.total}, 9 times in 10"]
+        all_frames = f"PSNR against all {self.total}"
+        lines = [f"{'frames kept':>14}   {all_frames:26}better than all"]
         for row in self.rows:
-            better = "; fewer are better" if row.psnr > 0 else ""
-            lines.append(
-                f"{row.frames:>14}   {row.psnr:+.1f} dB ({row.low:+.1f} to {row.high:+.1f}){better}"
-            )
-        return "\n".join(lines)
+            interval = f"{row.psnr:+.1f} dB ({row.low:+.1f} to {row.high:+.1f})"
+            lines.append(f"{row.frames:>14}   {interval:26}{row.better:.0%} of captures")
+        return "\n".join(lines + [UNLIKE] * self.unlike)
 
 
 @dataclass(frozen=True)
@@ -120,23 +130,17 @@ class Budget:
     table: HowMany
 
 
-class Record(TypedDict):
-    """The calibration: numbers of frames K, and for each the rate a that shares of captures stay
-    below."""
-
-    frames: list[int]
-    low: list[float]
-    median: list[float]
-    high: list[float]
-    bound: list[float]
-
-
 def losses(record: Record, frames: np.ndarray, total: int) -> np.ndarray:
     """Return (4, n) dB of PSNR that so many frames lose against all, by `SHARES`: the ends of the
-    90 % interval, the median, and what is not exceeded 9 times in 10."""
+    90 % interval, the median, and what is not exceeded 9 times in 10.
+
+    About the median all is wider for captures of more frames than were measured.
+    """
     known, at = -1 / np.sqrt(record["frames"]), -1 / np.sqrt(frames)
-    rates = [np.interp(at, known, record[name]) for name in SHARES]
-    return np.array(rates) * (-1 / np.sqrt(total) - at)
+    rates = np.array([np.interp(at, known, record[name]) for name in SHARES])
+    median = rates[list(SHARES).index("median")]
+    wider = np.sqrt(max(total / max(record["total"]), 1.0))
+    return (median + wider * (rates - median)) * (-1 / np.sqrt(total) - at)
 
 
 def enough(record: Record, loss: float, total: int) -> int:
