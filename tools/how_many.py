@@ -22,12 +22,12 @@ import fsel
 from fsel.core.files import write_text
 from fsel.evaluation.figures import COLORS, TEXT, name_axes, new_figure, save
 from fsel.evaluation.summary import write_csv
-from fsel.selection.budget import LOSS, RECORD, SHARES, Record, enough, losses
+from fsel.selection.budget import BOUND, LOSS, RECORD, SHARES, Record, enough, losses
 from fsel.selectors.pretrained import FOLDER
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY, FIRST = 8, 3  # one frame in so many is held out, from this one on
-FRAMES = (20, 45, 70, 8, 30, 12, 100)  # numbers of frames, in the order they are measured
+FRAMES = (20, 45, 70)  # numbers of frames, in the order they are measured
 SETTINGS: dict[str, Any] = {"steps": 600, "gaussians": 6000, "background": "mean"}
 SIDE = 128  # pixels
 
@@ -64,22 +64,32 @@ def lost(rows: pd.DataFrame) -> pd.DataFrame:
     return table.drop(columns=0).rsub(table[0], axis=0)
 
 
-def calibrated(table: pd.DataFrame) -> Record:
-    """Return the rates a at each K that shares of captures stay below.
+def times(rows: pd.DataFrame) -> list[float]:
+    """Return seconds of training with each K over those with all frames, medians over captures."""
+    table = rows.pivot(index="capture", columns="k", values="seconds")
+    ratios: list[float] = table.drop(columns=0).div(table[0], axis=0).median().round(2).tolist()
+    return ratios
 
-    A capture with fewer frames than K counts by its rate at the most that it has.
-    """
-    n, frames = _total(table), table.columns.to_numpy()
-    rates = (table / (1 / np.sqrt(frames) - 1 / np.sqrt(n[:, None]))).ffill(axis=1).to_numpy()
-    found = {name: conformal(rates, share).round(3).tolist() for name, share in SHARES.items()}
-    better = (rates < 0).mean(axis=0).round(3).tolist()
-    total = [int(n.min()), int(n.max())]
-    return {"frames": frames.tolist(), **found, "better": better, "total": total}
+
+def calibrated(table: pd.DataFrame) -> Record:
+    """Return what shares of the captures that have more than K frames lose with K; the bound is of
+    all, of which others keep all frames and lose nothing."""
+    known = [own.dropna().to_numpy() for _, own in table.items()]
+    shares = {
+        name: [conformal(own, share) for own in known]
+        for name, share in SHARES.items()
+        if name != BOUND
+    }
+    shares[BOUND] = list(conformal(table.fillna(0).to_numpy(), SHARES[BOUND]))
+    shares["better"] = [(own < 0).mean() for own in known]
+    n = table.index.get_level_values("n").tolist()
+    found = {name: np.round(values, 2).tolist() for name, values in shares.items()}
+    return {"frames": table.columns.tolist(), **found, "total": [min(n), max(n)]}
 
 
 def conformal(values: np.ndarray, share: float) -> np.ndarray:
-    """Return (...) what a further one of (C, ...) values stays below with a probability: the
-    ceil(share (C + 1))-th smallest, or the largest; below a half mirrored."""
+    """Return what a further one of (C, ...) values stays below with a probability, (...): the
+    ceil(share (C + 1))-th smallest, the largest if there are too few; below a half mirrored."""
     if share < 0.5:
         return -conformal(-values, 1 - share)
     at = min(int(np.ceil(share * (len(values) + 1) - 1e-9)), len(values))
@@ -94,21 +104,17 @@ def at(loss: pd.Series, total: int, frames: float) -> float:
     return float(np.interp(-1 / np.sqrt(min(frames, total)), places, [*known, 0.0]))
 
 
-def one_number(table: pd.DataFrame) -> Rule:
-    """Return the smallest number of frames with the guarantee of `-k auto`, the same for all."""
-    most = _smallest(table, np.arange(8, 1 + _total(table).max()), lambda at, total: at)
-    return lambda total: min(total, int(most))
+def auto(table: pd.DataFrame) -> Rule:
+    """Return what `-k auto` keeps: one number of frames for all captures."""
+    return partial(enough, calibrated(table), LOSS)
 
 
 def one_share(table: pd.DataFrame) -> Rule:
-    """Return the smallest share of the frames with that guarantee."""
-    most = _smallest(table, np.arange(5, 101) / 100, lambda at, total: at * total)
-    return lambda total: int(np.ceil(most * total))
-
-
-def auto(table: pd.DataFrame) -> Rule:
-    """Return what `-k auto` keeps."""
-    return partial(enough, calibrated(table), LOSS)
+    """Return the smallest share of the frames, in hundredths, with the guarantee of `-k auto`."""
+    shares = np.arange(1, 101) / 100
+    lost_at = [[at(row, n, np.ceil(x * n)) for x in shares] for (_, n), row in table.iterrows()]
+    over = conformal(np.array(lost_at), SHARES[BOUND]) > LOSS
+    return lambda total: int(np.ceil(total * shares[np.flatnonzero(over).max(initial=-1) + 1]))
 
 
 def left_out(table: pd.DataFrame, rule: Callable[[pd.DataFrame], Rule]) -> pd.DataFrame:
@@ -124,9 +130,9 @@ def covered(table: pd.DataFrame) -> pd.DataFrame:
     """Return of each K the captures, the share inside their 90 % interval by all others, the median
     width of these intervals in dB, and the share that lose no more than the bound."""
     rows = []
-    for place, (_, n) in enumerate(table.index):
+    for place in range(len(table)):
         known, own = table.iloc[place].dropna(), calibrated(table.drop(table.index[place]))
-        low, _, high, bound = losses(own, known.index.to_numpy(), n)
+        low, _, high, bound = losses(own, known.index.to_numpy())
         inside, held = (low <= known) & (known <= high), known <= bound
         rows += zip(known.index, inside, high - low, held, known, strict=True)
     each = pd.DataFrame(rows, columns=["K", "inside", "width", "within", "loss"]).groupby("K")
@@ -139,35 +145,18 @@ def covered(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _total(table: pd.DataFrame) -> np.ndarray:
-    """Return (C,) all frames of captures."""
-    return table.index.get_level_values("n").to_numpy(float)
+RULES = {"auto": auto, "share": one_share}
 
 
-def _smallest(
-    table: pd.DataFrame, places: np.ndarray, frames: Callable[[float, float], float]
-) -> float:
-    """Return the smallest of (M,) places from which on the bound holds 9 times in 10."""
-    lost_at = [
-        [at(row, n, np.ceil(frames(place, n))) for place in places]
-        for (_, n), row in table.iterrows()
-    ]
-    over = conformal(np.array(lost_at), SHARES["bound"]) > LOSS
-    return float(places[min(int(np.flatnonzero(over).max(initial=-1)) + 1, len(places) - 1)])
-
-
-RULES = {"number": one_number, "share": one_share, "auto": auto}
-
-
-def draw(table: pd.DataFrame, band: int, path: Path) -> None:
-    """Draw losses against K, a line each capture, and the band of one of so many frames."""
+def draw(table: pd.DataFrame, path: Path) -> None:
+    """Draw losses against K, a line each capture, and their 90 % interval."""
     figure = new_figure((TEXT, 3.2))
     axis = figure.subplots()
     for (_, n), row in table.iterrows():
         known = row.dropna()
         axis.plot([*known.index, n], [*-known, 0], color="0.6", linewidth=0.7)
-    frames = np.geomspace(table.columns.min(), band, 99)
-    low, median, high, _ = -losses(calibrated(table), frames, band)
+    frames = np.geomspace(table.columns.min(), table.columns.max(), 99)
+    low, median, high, _ = -losses(calibrated(table), frames)
     axis.fill_between(frames, high, low, color=COLORS[1], alpha=0.25, linewidth=0)
     axis.plot(frames, median, color=COLORS[1])
     axis.set_xscale("log")
@@ -178,11 +167,12 @@ def draw(table: pd.DataFrame, band: int, path: Path) -> None:
     save(figure, [path])
 
 
-def write(table: pd.DataFrame, folder: Path) -> None:
+def write(rows: pd.DataFrame, folder: Path) -> None:
     """Write the record of the package, and what docs/results/how_many.md shows."""
-    write_text(json.dumps(calibrated(table), indent=2) + "\n", FOLDER / RECORD)
-    draw(table, int(np.median(_total(table))), folder / "how_many.png")
-    write_csv(covered(table).reset_index(), folder / "intervals.csv")
+    table, time_of = lost(rows), {"time": times(rows)}
+    write_text(json.dumps({**calibrated(table), **time_of}, indent=2) + "\n", FOLDER / RECORD)
+    draw(table, folder / "how_many.png")
+    write_csv(covered(table).assign(**time_of).reset_index(), folder / "intervals.csv")
     kept = {name: left_out(table, rule) for name, rule in RULES.items()}
     rules = [
         (name, own["frames"].mean(), share.mean(), (own["loss"] <= LOSS).mean(), own["loss"].max())
@@ -201,4 +191,4 @@ if __name__ == "__main__":
     with rows.open("a") as file:
         for row in measure(rows):
             print(json.dumps(row), file=file, flush=True)
-    write(lost(pd.read_json(rows, lines=True)), rows.parent)
+    write(pd.read_json(rows, lines=True), rows.parent)

@@ -1,9 +1,9 @@
 """Number of frames: what fewer than all of them lose, with an interval, and what memory allows.
 
-The loss of K of N frames is taken as a (K^-c - N^-c) dB. The distribution of a over real captures,
-at each K, was measured with trained Gaussians (`tools/how_many.py`; docs/results/how_many.md): its
-quantiles are those of split conformal prediction (Papadopoulos et al. 2002), a capture being the
-unit, so that they hold for a capture drawn as those were.
+What K frames lose was measured on real captures with trained Gaussians (`tools/how_many.py`;
+docs/results/how_many.md). It hardly depends on how many frames there are, and small
+reconstructions of a capture predict it no better. So a capture's loss is taken as one more of those
+measured: the quantiles are those of split conformal prediction (Papadopoulos et al. 2002).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from typing import TypeAlias
 import numpy as np
 
 LOSS = 0.5  # dB
-SHARES = {"low": 0.05, "median": 0.5, "high": 0.95, "bound": 0.9}  # of captures that lose less
+BOUND = "bound"
+SHARES = {"low": 0.05, "median": 0.5, "high": 0.95, BOUND: 0.9}  # of captures that lose less
 RECORD = "how_many.json"
 Record: TypeAlias = Mapping[str, Sequence[float]]
-"""The calibration: `frames`, numbers K of them; the rate a at each that `SHARES` of captures stay
-below; the share that lose nothing, `better`; and `total`, the fewest and the most frames of a
+"""The calibration: `frames`, numbers K of them; dB lost with each that `SHARES` of captures stay
+below, those of more than K frames, but for `BOUND` of all; the share that lose nothing, `better`;
+the `time` of training over that with all frames; and `total`, the fewest and the most frames of a
 capture."""
-UNLIKE = "more frames than any capture measured: the intervals are wider"
-BEYOND = 1.5  # ratio of numbers of frames in the table, beyond those that were measured
 LEAST = 2  # frames that a reconstruction needs
 SPLATS = "splats"
 CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver, context and gaps
@@ -65,12 +65,14 @@ class Auto:
 @dataclass(frozen=True)
 class Row:
     """A number of frames; PSNR against all frames in dB, the median over captures and the ends of
-    its 90 % interval; and the share of captures in which fewer frames are better than all."""
+    its 90 % interval; time of as many training steps over that with all frames; and the share of
+    captures in which fewer frames are better."""
 
     frames: int
     psnr: float
     low: float
     high: float
+    time: float
     better: float
 
 
@@ -92,23 +94,27 @@ class HowMany:
     def of(cls, total: int) -> HowMany:
         """Return the table of a capture with so many frames."""
         record = shipped()
-        ladder = [*record["frames"]]
-        while ladder[-1] < total:
-            ladder.append(round(BEYOND * ladder[-1], -1))
-        frames = np.array([k for k in ladder if k < total], np.int64)
-        low, median, high, _ = -losses(record, frames, total).round(2) + 0.0  # not -0
-        better = np.interp(frames, record["frames"], record["better"]).round(2)
-        columns = (column.tolist() for column in (frames, median, high, low, better))
-        unlike = total > max(record["total"])
-        return cls(total, tuple(Row(*row) for row in zip(*columns, strict=True)), unlike)
+        frames = np.array(record["frames"])
+        low, median, high, _ = -losses(record, frames)
+        rest = (record["time"], record["better"])
+        columns = zip(frames.tolist(), median, high, low, *rest, strict=True)
+        rows = tuple(Row(*row) for row in columns if row[0] < total)
+        return cls(total, rows, total > max(record["total"]))
 
     def __str__(self) -> str:
-        all_frames = f"PSNR against all {self.total}"
-        lines = [f"{'frames kept':>14}   {all_frames:26}better than all"]
+        if not self.rows:
+            return f"no number of frames below {self.total} was measured"
+        among = f"PSNR against all {self.total}"
+        lines = [f"{'frames kept':>14}   {among:26}time   better than all"]
         for row in self.rows:
             interval = f"{row.psnr:+.1f} dB ({row.low:+.1f} to {row.high:+.1f})"
-            lines.append(f"{row.frames:>14}   {interval:26}{row.better:.0%} of captures")
-        return "\n".join(lines + [UNLIKE] * self.unlike)
+            lines.append(
+                f"{row.frames:>14}   {interval:26}{row.time:4.1f}   {row.better:.0%} of captures"
+            )
+        if self.unlike:
+            most = max(shipped()["total"])
+            lines.append(f"no capture measured has so many frames: they had up to {most}")
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -130,25 +136,21 @@ class Budget:
     table: HowMany
 
 
-def losses(record: Record, frames: np.ndarray, total: int) -> np.ndarray:
+def losses(record: Record, frames: np.ndarray) -> np.ndarray:
     """Return (4, n) dB of PSNR that so many frames lose against all, by `SHARES`: the ends of the
-    90 % interval, the median, and what is not exceeded 9 times in 10.
-
-    About the median all is wider for captures of more frames than were measured.
-    """
+    90 % interval, the median, and what is not exceeded 9 times in 10."""
     known, at = -1 / np.sqrt(record["frames"]), -1 / np.sqrt(frames)
-    rates = np.array([np.interp(at, known, record[name]) for name in SHARES])
-    median = rates[list(SHARES).index("median")]
-    wider = np.sqrt(max(total / max(record["total"]), 1.0))
-    return (median + wider * (rates - median)) * (-1 / np.sqrt(total) - at)
+    return np.array([np.interp(at, known, record[name]) for name in SHARES])
 
 
 def enough(record: Record, loss: float, total: int) -> int:
-    """Return the smallest number of frames, two or more, from which on none loses more than so many
-    dB, 9 times in 10."""
-    frames = np.arange(LEAST, total + 1)
-    over = losses(record, frames, total)[-1] > loss
-    return int(frames[over].max(initial=LEAST - 1)) + 1
+    """Return the smallest number of frames, of those measured and all between, from which on no
+    more than so many dB are lost, 9 times in 10; all of them where none is enough."""
+    first, last = min(record["frames"]), max(record["frames"])
+    frames = np.arange(first, last + 1)
+    over = np.flatnonzero(losses(record, frames)[-1] > loss)
+    least = first + int(over.max(initial=-1)) + 1
+    return total if least > last else min(least, total)
 
 
 def find(auto: Auto, total: int, size: tuple[int, int]) -> Budget:

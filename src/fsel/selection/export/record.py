@@ -159,14 +159,14 @@ def _left_out(outcome: Outcome, frame: int) -> str:
 
 def reason(budget: Budget) -> str:
     """Return the reason for a number of frames, in words."""
-    rule = budget.rule
+    rule, all_frames = budget.rule, budget.table.total
+    bound = f"{rule.loss:g} dB against all {all_frames}, 9 times in 10 (--loss {rule.loss:g})"
     if budget.within is not None and budget.within < budget.enough:
-        return (
-            f"{budget.frames} frames, the most that {rule.trainer} fits into {rule.memory:,} "
-            f"bytes; {budget.enough} would lose at most {rule.loss:g} dB, 9 times in 10"
-        )
-    lost = f"at most {rule.loss:g} dB lost against all {budget.table.total}, 9 times in 10"
-    return f"{budget.frames} frames: {lost} (--loss {rule.loss:g})"
+        limit = f"the most that {rule.trainer} fits into {rule.memory:,} bytes"
+        return f"{budget.frames} frames, {limit}; {budget.enough} lose at most {bound}"
+    if budget.enough == all_frames:
+        return f"all {all_frames} frames: fewer may lose more than {rule.loss:g} dB"
+    return f"{budget.frames} frames: they lose at most {bound}"
 
 
 def summary(outcome: Outcome) -> str:
