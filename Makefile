@@ -60,7 +60,7 @@ captures_384: .venv/installed
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
 .PHONY: results
-STUDIES = $(patsubst %,results/tables/%.tex,candidate_pools economy speed_error stability)
+STUDIES = $(patsubst %,results/tables/%.tex,speed_error stability)
 results: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) all paper $(STUDIES)
 	$(MAKE) docs

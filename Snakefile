@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.workflow import cases, inputs, requirements, scenes
 from fsel.workflow.experiment import Experiment, gpus_of
+from fsel.workflow.log import one_line_a_job
 from fsel.workflow.machine import prepare
 from fsel.workflow.paper import Paper
 
@@ -92,6 +93,7 @@ include: "workflow/rules/selections.smk"
 
 onstart:
     if workflow.is_main_process:
+        one_line_a_job(logger)
         experiment.fetch_weights()
         if stored:
             check_storage(write=True)

@@ -1,6 +1,7 @@
 """`fsel info`, `fsel select -k auto`, `fsel compare`, `fsel reconstruct`."""
 
 import json
+import re
 import sys
 import time
 from argparse import Namespace
@@ -101,6 +102,9 @@ def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
         assert select(capture, *lacking, "-o", tmp_path / "out") == 1
         assert "--vram and --trainer need" in capsys.readouterr().err
     assert select(capture, *asked, "--trainer", "long-lrm", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr().out.splitlines()
+    (said,) = [line.split() for line in printed if line.startswith("memory")]
+    assert {"3", "long-lrm"} <= set(said)
     content = record_of(tmp_path / "out")
     assert content["budget"]["frames"] == content["budget"]["within"] == len(content["frames"]) == 3
     assert "long-lrm fits into 1,200,000,000 bytes" in content["budget"]["reason"]
@@ -131,17 +135,8 @@ def test_viewing_distance_is_the_median_depth_of_what_is_seen():
 
 def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     out = tmp_path / "out"
-    asked = [
-        "-k",
-        "5,4",
-        "--methods",
-        "fsel,random",
-        "--long-side",
-        64,
-        "--reconstructor",
-        "splats",
-    ]
-    assert run("compare", capture, *asked, "--json", "-o", out) == 0
+    asked = ["-k", "5,4", "--methods", "fsel,random", "--long-side", 64, "--json", "-o", out]
+    assert run("compare", capture, *asked, "--reconstructor", "splats") == 0
     content = json.loads(capsys.readouterr().out)
     assert content == json.loads((out / "compare.json").read_text())
     rows = {(row["k"], row["method"]): row for row in content["rows"]}
@@ -160,10 +155,13 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
             found.append(fsel.evaluate(whole, model, held)["psnr"].mean())
         assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
     table = (out / "compare.txt").read_text().splitlines()
-    assert table[0].split() == ["k", "method", "PSNR", "SSIM", "GMSD", "fsel", "ahead,", "dB"]
-    assert table[1].split()[:3] == ["4", "fsel", f"{rows[4, 'fsel']['psnr']:.2f}"]
+    assert table[0].split()[:5] == ["k", "method", "PSNR", "SSIM", "GMSD"]
+    command, psnr = ["fsel", "select", "--targets"], f"{rows[4, 'fsel']['psnr']:.2f}"
+    assert table[1].split()[:5] == ["4", *command, psnr]
     gap = rows[4, "fsel"]["psnr"] - rows[4, "random"]["psnr"]
-    assert float(table[2].split()[-1].rstrip("*")) == pytest.approx(gap, abs=0.006)
+    mean, low, _, high = re.sub("[()*]", "", table[2]).split()[-4:]
+    assert float(mean) == pytest.approx(gap, abs=0.006)
+    assert float(low) < float(mean) < float(high)
     assert table[-1] == content["verdict"]
 
 
@@ -175,7 +173,7 @@ def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_pa
     rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
     chosen = fsel.select(rest, 6, keep_bad=True)
     assert content["rows"][0]["picks"] == [list(chosen.names)]
-    assert "known to fsel, not to tried, uniform." in content["how"]
+    assert "known to fsel select --targets, not to fsel select, uniform." in content["how"]
 
 
 @pytest.mark.parametrize(

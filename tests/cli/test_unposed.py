@@ -11,7 +11,7 @@ from small_captures import film, run, write_video
 from fsel.features.appearance import descriptors
 
 REFUSED = {"-k 24": "1 to 23", "-k 5 --method fvs": "best_n", "-k auto": "-k 48"}
-REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --cover-s=0.9": "--cover-s"}
+REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --block-s=9": "--block-s"}
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_the_order_starts_with_what_the_others_resemble_and_is_that_of_the_files
     assert images.shape == (6, 45, 60, 3)
     described = descriptors(images, "lab_hog")
     assert np.argmax((described @ described.T).sum(axis=1)) == 0
-    assert len(list(out.iterdir())) == 4
+    assert len(list(out.iterdir())) == 5
     assert cv2.imread(str(out / "contact_sheet.jpg")).shape == (2 * 96, 3 * 128, 3)
 
 

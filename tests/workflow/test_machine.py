@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fsel.workflow import machine
-from fsel.workflow.machine import LEVEL, PINNED, pinned
+from fsel.workflow.machine import LEVEL, PINNED, WIDE, pinned
 
 SHOWN = """
 import json
@@ -29,7 +29,8 @@ print(json.dumps({
 @pytest.mark.parametrize(
     ("processor", "flags", "found"),
     [
-        ("x86_64", LEVEL | {"avx512f"}, PINNED),
+        ("x86_64", LEVEL | WIDE, PINNED),
+        ("x86_64", LEVEL, {k: v for k, v in PINNED.items() if k != "OPENCV_CPU_DISABLE"}),
         *(("x86_64", LEVEL - {lacking}, {}) for lacking in sorted(LEVEL)),
         ("x86_64", None, PINNED),  # no list of features
         ("aarch64", LEVEL, {}),

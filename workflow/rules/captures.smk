@@ -44,6 +44,7 @@ use rule stage as unpack with:
         inside=lambda wildcards: experiment.datasets.fetched(wildcards)["inside"],
         files=lambda wildcards: experiment.datasets.fetched(wildcards)["files"],
         licence=lambda wildcards: experiment.datasets.fetched(wildcards)["licence"],
+        most=lambda wildcards: experiment.datasets.fetched(wildcards)["most_gb"],
     message:
         "Unpacking {wildcards.dataset}/{wildcards.scene}"
 

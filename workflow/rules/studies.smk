@@ -1,64 +1,8 @@
-"""Tables beside the paper's: equal candidate pools, speed, hard cases. None is part of `rule all`.
+"""Tables beside the paper's: speed and hard cases. None is part of `rule all`.
 
 Inputs: problems, evaluations, searches and labels of the sweep.
-Outputs: <tables>/{table}.{tex,csv}; those of candidate_pools for every reconstructor.
+Outputs: <tables>/{table}.{tex,csv}.
 """
-
-
-use rule select_trials as select_candidate_pools with:
-    input:
-        **inputs.captures([SCENE]),
-        described="<results>/{dataset}/{scene}/descriptors.parquet",
-        splits=inputs.of_draws(experiment, "split.parquet"),
-        weights=[*experiment.weights("less_is_more"), *experiment.fsel],
-    output:
-        picks="<results>/{dataset}/{scene}/candidate_pools_picks.parquet",
-    log:
-        "<results>/logs/select_candidate_pools/{dataset}/{scene}.log",
-    benchmark:
-        "<results>/benchmarks/select_candidate_pools/{dataset}/{scene}.jsonl"
-    params:
-        lib=experiment.library("select_candidate_pools"),
-        settings=lambda wildcards: {
-            "budgets": experiment.config["budgets"],
-            "seeds": experiment.draw_seeds(wildcards),
-        },
-
-
-use rule evaluate_trials as evaluate_candidate_pools with:
-    input:
-        **inputs.captures([SCENE]),
-        splits=inputs.of_draws(experiment, "split.parquet"),
-        picks=["<results>/{dataset}/{scene}/candidate_pools_picks.parquet"],
-    output:
-        evaluation="<results>/{dataset}/{scene}/{reconstructor}candidate_pools.parquet",
-    log:
-        "<results>/logs/{reconstructor}evaluate_candidate_pools/{dataset}/{scene}.log",
-    benchmark:
-        "<results>/benchmarks/{reconstructor}evaluate_candidate_pools/{dataset}/{scene}.jsonl"
-    resources:
-        **experiment.resources(
-            4000, 120, "reconstruction", experiment.reconstruction_of
-        ),
-    params:
-        lib=experiment.library("evaluate_candidate_pools", experiment.reconstruction_of),
-        metrics=["psnr", "ssim", "gmsd"],
-        settings=rules.select_candidate_pools.params.settings,
-
-
-use rule table as candidate_pools with:
-    input:
-        evaluations=inputs.of_scenes(
-            experiment.evaluation_scenes, "{reconstructor}candidate_pools.parquet"
-        ),
-    output:
-        **shown("candidate_pools", "Equal candidate pools"),
-    log:
-        "<results>/logs/{reconstructor}candidate_pools.log",
-    params:
-        **scenes.of_table(experiment, scenes.evaluated),
-        lib=experiment.library("candidate_pools"),
-        budgets=experiment.config["budgets"],
 
 
 use rule table as selection_time with:
@@ -128,23 +72,6 @@ use rule table as speed_error with:
         lib=experiment.library("speed_error"),
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
-
-
-use rule speed_settings as economy with:
-    input:
-        **inputs.captures(inputs.joined(experiment.evaluation_scenes), inputs.DESCRIBED),
-        splits=inputs.of_problems(experiment.problems(1), "split.parquet"),
-    output:
-        **shown("economy", "Modelling only what a scene needs", "Speed", folder=""),
-    log:
-        "<results>/logs/economy.log",
-    benchmark:
-        "<results>/benchmarks/economy.jsonl"
-    params:
-        lib=experiment.library("economy"),
-        appearance=experiment.config["appearance"],
-    message:
-        "Making {output[0]}"
 
 
 use rule table as stability with:

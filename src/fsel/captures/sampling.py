@@ -15,6 +15,7 @@ from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.files import Video, VideoFrame
+from fsel.captures.parsing import read_json
 from fsel.captures.quality import duplicates
 from fsel.core.files import write_text
 from fsel.core.subsets import evenly
@@ -85,16 +86,24 @@ class SampledFrames:
         }
         write_text(json.dumps(asdict(self) | {"shots": rows}), folder / TAKEN)
 
+    @classmethod
+    def of(cls, path: Path) -> SampledFrames:
+        """Read what was stored; RuntimeError for a damaged file."""
+        try:
+            content = read_json(path)
+            shots = content.pop("shots").items()
+            shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
+            return cls(shots, **content)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise RuntimeError(f"{path}: not what fsel stored ({error})") from error
+
 
 def take(
     sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
 ) -> SampledFrames:
     """Put frames and photos of the sources into images/, unless an earlier run has done so."""
     if (folder / TAKEN).is_file():
-        content = json.loads((folder / TAKEN).read_text(encoding="utf-8"))
-        shots = content.pop("shots").items()
-        shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
-        return SampledFrames(shots, **content)
+        return SampledFrames.of(folder / TAKEN)
     taken = SampledFrames({}, {}, 0, [], start=sampling.start)
     for source in sources:
         images = folder / IMAGES / source.name
@@ -151,7 +160,7 @@ def _moving(
     if len(shots) < video.FEWEST:
         raise ValueError(
             f"{source.path}: yields {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
-            "needed. Hint: --video-frames or --rate sample more frames"
+            "needed. Hint: `video_frames=N` or `rate=N` samples more frames"
         )
     if len(moving) < video.FEWEST:
         raise ValueError(

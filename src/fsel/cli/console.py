@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -12,6 +13,7 @@ from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
 from fsel.core.files import json_text
 
+STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
@@ -30,7 +32,7 @@ class Console(Reporter):
     def text(self, block: str) -> None:
         """Print lines on standard output, as they are."""
         if not (self.quiet or self.as_json):
-            print(block, end="", flush=True)
+            _print(block)
 
     def warn(self, text: str) -> None:
         """Print a line on standard error."""
@@ -40,7 +42,7 @@ class Console(Reporter):
     def give(self, result: dict) -> None:
         """Print the result, for scripts that take it."""
         if self.as_json:
-            print(json_text(result))
+            _print(json_text(result) + "\n")
 
     @contextmanager
     def clock(self, label: str) -> Iterator[None]:
@@ -54,40 +56,24 @@ class Console(Reporter):
             yield
 
     @contextmanager
-    def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """Yield a function of steps made, all steps and the loss, which shows them as a bar."""
+    def steps(self, label: str, unit: str = "step") -> Iterator[Callable[..., None]]:
+        """Yield a function of steps made, all steps and, if known, the loss: a bar."""
         if self.quiet:
-            yield lambda made, count, loss: None
+            yield lambda made, count, loss=None: None
             return
         if self.silent:
             report = _Report(label)
-            yield lambda made, count, loss: report(made, count)
+            yield lambda made, count, loss=None: report(made, count)
             return
         from tqdm import tqdm
 
-        with tqdm(desc=label, delay=PATIENCE, leave=False, unit="step") as shown:
+        with tqdm(desc=label, delay=PATIENCE, leave=False, unit=unit) as shown:
 
-            def advance(made: int, count: int, loss: float) -> None:
+            def advance(made: int, count: int, loss: float | None = None) -> None:
                 shown.total = count
-                shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
+                if loss is not None:
+                    shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
                 shown.update(made - shown.n)
-
-            yield advance
-
-    @contextmanager
-    def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
-        """Yield a function of the seconds gone, of `most`, and a word beside them: a bar."""
-        if self.silent:
-            yield lambda gone, word: None
-            return
-        from tqdm import tqdm
-
-        form = "{desc}: {n:.0f} of {total:.0f} s {bar} {postfix}"
-        with tqdm(desc=label, total=most, leave=False, bar_format=form) as shown:
-
-            def advance(gone: float, word: str) -> None:
-                shown.set_postfix_str(word, refresh=False)
-                shown.update(min(gone, most) - shown.n)
 
             yield advance
 
@@ -105,6 +91,15 @@ class Console(Reporter):
     def silent(self) -> bool:
         """Check whether no bar is shown: with --quiet, and where no terminal would show it."""
         return self.quiet or not sys.stderr.isatty()
+
+
+def _print(text: str) -> None:
+    """Print on standard output; what cannot be printed is dropped when the process ends, too."""
+    try:
+        print(text, end="", flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise OSError(error.errno, error.strerror, STANDARD_OUTPUT) from error
 
 
 class _Report:

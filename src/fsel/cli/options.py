@@ -46,24 +46,34 @@ EXAMPLES = {
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     """Return the type of a whole number between two bounds, both included."""
 
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+
     def integer(text: str) -> int:
-        value = int(text)
+        value = _read(int, text, f"a whole number, {allowed}")
         if value < least or (most is not None and value > most):
-            allowed = f"{least} or more" if most is None else f"{least} to {most}"
             raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
         return value
 
     return integer
 
 
+def _read(kind: Callable[[str], Any], text: str, allowed: str) -> Any:
+    """Read a number of a kind."""
+    try:
+        return kind(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: {allowed}") from error
+
+
 def number_or_auto(text: str) -> int | str:
     """Read a whole number, or `auto`."""
-    return text if text == "auto" else int(text)
+    return text if text == "auto" else _read(int, text, "a whole number, or auto")
 
 
 def numbers(text: str) -> list[int]:
     """Read whole numbers between commas, each once, ascending."""
-    return sorted({int(word) for word in text.split(",")})
+    allowed = "whole numbers between commas"
+    return sorted({_read(int, word, allowed) for word in text.split(",")})
 
 
 def words(text: str) -> list[str]:
@@ -76,7 +86,7 @@ def words(text: str) -> list[str]:
 
 def positive(text: str) -> float:
     """Read a number above zero."""
-    number = float(text)
+    number = _read(float, text, "more than 0")
     if not number > 0:
         raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
     return number

@@ -56,7 +56,9 @@ class Parser(argparse.ArgumentParser):
         """Print the usage in a line, and what is wrong, and exit with code 2."""
         placed = [a for a in self._actions if not a.option_strings and a.nargs != "*"]
         places = [str(action.metavar or action.dest.upper()) for action in placed]
-        usage = f"usage: {self.prog} {' '.join(places)} [options]; {self.prog} --help lists them"
+        usage = " ".join(
+            ["usage:", self.prog, *places, f"[options]; {self.prog} --help lists them"]
+        )
         near = self._meant()
         hint = f". Did you mean {near}?" if near else ""
         self.exit(2, f"{usage}\n{self.prog}: error: {message}{hint}\n")

@@ -18,10 +18,9 @@ from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.budget import Budget
-from fsel.selection.export.record import covered, reason, summary, trials
+from fsel.selection.export.record import closeness, reason, summary, trials
 from fsel.selection.outcome import Outcome
-from fsel.selection.targets import ALL
-from fsel.selection.validation import STATED, WHOLE, ValidationResult
+from fsel.selection.validation import ValidationResult
 
 TICKS = 6  # times below the timeline of a video
 CELL = 84  # pixels of a frame's place on the page, were it square
@@ -36,18 +35,15 @@ FLYING = (
     "</script><figcaption>Click a camera to fly to it and its photo; drag to turn, shift and drag "
     "to move, scroll or pinch to zoom.</figcaption>"
 )
-WISHES = (
-    '<section id="wishes" hidden><h2>Keep and drop frames</h2>'
-    "<p>The command changes only the marked frames: a kept frame, or else the nearest free one, "
-    "replaces a dropped pick; all other picks stay. Run it in the folder in which this selection "
-    "was made.</p>"
-    '<p id="marked"></p><pre id="command"></pre><button id="clear">Clear</button></section>'
-)
 DETAIL = (
     '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
     '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
     '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
-    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
+    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p>'
+    '<section id="wishes" hidden><p id="marked"></p><div id="changes"><pre id="command"></pre>'
+    '<button id="copy">Copy</button> <button id="clear">Clear</button><p><small>Run this where the '
+    "selection was made. A kept frame, or else the nearest free one, replaces a dropped pick; all "
+    "other picks stay.</small></p></div></section></aside>"
 )
 
 
@@ -57,10 +53,9 @@ def page(shown: ReportContent) -> str:
     selection, source_name = outcome.selection, outcome.capture.source
     sentences = [
         f"{source_name}. Views to render: {outcome.targets.kind}, "
-        f"{counted(len(outcome.targets.views), 'view')}."
+        f"{counted(len(outcome.targets.views), 'view')}. {closeness(outcome)}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
-    sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
     body = [
         f"<h1>{heading}</h1>",
@@ -72,8 +67,7 @@ def page(shown: ReportContent) -> str:
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
-        WISHES,
-        *_charts(outcome),
+        *_how_many(selection.budget),
         *_tables(shown),
         "</div>",
         DETAIL,
@@ -96,9 +90,10 @@ def _tried(tried: ValidationResult | None) -> list[str]:
     """Return what was tried and the rule that decided, to be unfolded."""
     if tried is None:
         return []
-    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "uniform sampling")
-    sure = " beyond chance, by two reconstructors that agree" if rule.sure else ""
-    said = f"{trials(tried)}. A selection replaces {first} if it is {rule.margin} dB ahead{sure}."
+    first = "the rule" if tried.on_targets else "uniform sampling"
+    sure = " beyond chance, by two reconstructors that agree" if tried.rule.sure else ""
+    margin = f"if it is {tried.rule.margin} dB ahead{sure}"
+    said = f"{trials(tried)}. A selection replaces {first} {margin}."
     return ["<details><summary>What was tried</summary>", f"<p>{escape(said)}</p></details>"]
 
 
@@ -198,21 +193,6 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
             f"{order}</button>"
         )
     return [*parts, "</div>"]
-
-
-def _charts(outcome: Outcome) -> list[str]:
-    """Draw how close the picks come to the views, against their number."""
-    curve = outcome.service.curve
-    line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
-    whole = outcome.targets.kind == ALL
-    served = f"Service of the whole capture, measured at {len(outcome.served)} of its frames"
-    chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
-    return [
-        *_how_many(outcome.selection.budget),
-        "<h2>How close the picks are to the views</h2>",
-        f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
-        f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
-    ]
 
 
 def _how_many(budget: Budget | None) -> list[str]:

@@ -42,15 +42,13 @@ Source: TypeAlias = Capture | str | Path | Mapping[str, Any] | pycolmap.Reconstr
 
 def select(
     capture: Source,
-    k: int | str | Auto | None,
+    k: int | str | Auto,
     targets: Request = None,
     method: str | Method | None = None,
     seed: int = 0,
     *,
     weights: str | Path | None = None,
     patience: float | TimeBudget | None = None,
-    cover: int = 0,
-    cover_share: float = 1.0,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | str | Path | Sequence[float] | None = None,
     descriptors: np.ndarray | Describe | None = None,
@@ -66,7 +64,7 @@ def select(
             `pycolmap.Reconstruction`, or the content of a transforms.json. Images of the last two
             are read from the current folder; without them, poses and points alone decide.
         k: number of frames. `auto`, or `fsel.Auto` with your own loss and memory, chooses it, see
-            `fsel.selection.budget`. None: as few as `cover` needs.
+            `fsel.selection.budget`.
         targets: views to be rendered; None for anything that the capture shows. `every:8`, names or
             numbers of frames, or a .txt file of names hold frames out, which are never picked;
             `orbit`, `trajectory`, a .json camera path, `fsel.Views`, or (T, 3, 4) poses, world to
@@ -79,9 +77,6 @@ def select(
             of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone. None:
             ten with neither `targets` nor `method`, else 0. `fsel.TimeBudget` also reports
             progress and can stop it.
-        cover: how often the picks must see each sparse point that so many frames see, see
-            `fsel.selection.multicover`. With k, the method picks the remaining frames.
-        cover_share: share of these points; all of them often take nearly all frames.
         sharpness: (N,) of every frame, or what measures it of some; else measured on the images.
         focus: an object that targets must see: a folder of masks, the six numbers of a box, or a
             `fsel.selection.focus.Focus`.
@@ -110,8 +105,6 @@ def select(
         seed=seed,
         weights=weights,
         patience=patience,
-        cover=cover,
-        cover_share=cover_share,
         sharpness=sharpness,
         focus=focus,
         descriptors=descriptors,

@@ -19,7 +19,6 @@ from fsel.core.subsets import subset_key
 from fsel.selection import budget
 from fsel.selection.bad_frames import in_words
 from fsel.selection.budget import Auto
-from fsel.selection.cover import cover_of, seeing_all
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem
@@ -40,8 +39,7 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
         pool = len(targets.pool(checked.capture))
         found = budget.find(number, pool, checked.capture.size)
         number = found.frames
-    if number is not None:
-        targets = targets.with_stand_ins(checked.capture, number)
+    targets = targets.with_stand_ins(checked.capture, number)
     examined_at = time.perf_counter()
     capture = checked.capture if opened is None else _as_read(checked, opened, reporter)
     sharpness_of = _sharpness_of(checked, reporter)
@@ -55,7 +53,7 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
 
 
 def without_bad(
-    targets: Targets, capture: Capture, k: int | Auto | None, health: Health, reporter: Reporter
+    targets: Targets, capture: Capture, k: int | Auto, health: Health, reporter: Reporter
 ) -> tuple[Targets, Health]:
     """Leave the bad frames of a capture out of what may be selected, and report them.
 
@@ -71,7 +69,7 @@ def without_bad(
 
 def _selection(
     checked: CheckedRequest,
-    number: int | None,
+    number: int,
     capture: Capture,
     sharpness: np.ndarray,
     descriptors: np.ndarray | None,
@@ -83,10 +81,7 @@ def _selection(
         stepwise = isinstance(checked.method, ScoringMethod)
         ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
-    if request.cover:
-        problem = seeing_all(problem, number, request.cover, request.cover_share)
-    count = len(problem.fixed_picks) if number is None else number
-    frames, scores = ranked(problem, count)
+    frames, scores = ranked(problem, number)
     tried = None
     if checked.patience.seconds and len(problem.fixed_picks) < len(frames):
         from fsel.selection.halving import validated  # here: it imports a reconstructor
@@ -95,10 +90,8 @@ def _selection(
     if tried is not None and subset_key(tried.frames) != subset_key(frames):
         frames, scores = tried.frames, np.full(len(frames), np.nan)
     seconds = time.perf_counter() - started
-    names, reached = tuple(capture.names[i] for i in frames), None
-    if request.cover:
-        reached = cover_of(problem, frames, request.cover, request.cover_share)
-    own = (None, tried, reached, targets.frames)
+    names = tuple(capture.names[i] for i in frames)
+    own = (None, tried, targets.frames)
     return Selection(names, frames, scores, seconds, checked.capture, *own), problem
 
 
@@ -107,7 +100,7 @@ def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -
     if {"appearance", "images"} & set(checked.method.reads):
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
-        if checked.method.tracks or checked.patience.seconds or checked.request.cover:
+        if checked.method.tracks or checked.patience.seconds:
             return opened.with_all_points()
         return opened.capture
 

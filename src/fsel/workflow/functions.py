@@ -45,13 +45,9 @@ LISTED = {
     "teaser": f"{PAPER}.views:qualitative",
     "qualitative": f"{PAPER}.views:qualitative",
     "real_world": f"{PAPER}.views:real_world",
-    "select_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.select",
-    "evaluate_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.evaluate",
-    "candidate_pools": f"{STUDIES}.candidate_pools:candidate_pools",
     "selection_time": f"{STUDIES}.selection_time:selection_time",
     "speed_settings": f"{STUDIES}.bench:speed_settings",
     "speed_error": f"{STUDIES}.speed_error:speed_error",
-    "economy": f"{STUDIES}.economy:economy",
     "stability": f"{STUDIES}.stability:stability",
 }
 

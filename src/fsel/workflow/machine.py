@@ -17,6 +17,7 @@ from pathlib import Path
 # the kernel each time and request them anew, 8 % of a search
 INHERITED = dict.fromkeys(["MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"], str(32 << 20))
 LEVEL = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}  # of x86-64-v3, as the kernel names them
+WIDE = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}  # OpenCV's AVX512-SKX
 PINNED = {
     "NUMBA_CPU_NAME": "haswell",
     "NUMBA_CPU_FEATURES": "",  # the processor's own would be added to what the name says
@@ -36,8 +37,13 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
     if platform.machine() not in ("x86_64", "AMD64"):
         return {}
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
-    features = next((set(line.split()) for line in lines if line.startswith("flags")), LEVEL)
-    return dict(PINNED) if features >= LEVEL else {}
+    flags = (set(line.split()) for line in lines if line.startswith("flags"))
+    features = next(flags, LEVEL | WIDE)
+    if not features >= LEVEL:
+        return {}
+    # each process of OpenCV complains of what it is to switch off and does not find
+    wide = features >= WIDE
+    return {k: v for k, v in PINNED.items() if wide or k != "OPENCV_CPU_DISABLE"}
 
 
 def prepare(source: Path, verbose: bool = False) -> None:

@@ -61,7 +61,6 @@ class Paper:
         return {
             "handsign": (),
             "seedvar": (),
-            "candidate_pools": (),
             "ga_vs_learned": (partial(scenes.held_out_problems, made),),
             "time_quality": (partial(scenes.held_out, made), labels),
             "crosscapture": (partial(scenes.rooms, made),),

@@ -16,7 +16,6 @@ from fsel.experiments.studies.bench import (
     speed_settings,
     true_depth,
 )
-from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.studies.speed_error import gaps, speed_error
 from fsel.metrics import METRICS
@@ -178,33 +177,6 @@ def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
     place = BenchCase(None, None, views, None, depth)
     # 4 for 5 in one view and 5 for 5 in the other: errors of 20 % and 0, as many of each
     assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
-
-
-def test_culling_keeps_what_views_see_and_changes_no_pixel():
-    model, views = wall(4.0)
-    rng = np.random.default_rng(0)
-    model = replace(model, colors=rng.uniform(0, 255, model.colors.shape).astype(np.float32))
-    culled = model.seen_by(views)
-    assert 0 < culled.primitives < model.primitives / 2
-    np.testing.assert_array_equal(culled.render(views), model.render(views))
-    behind = replace(views, world_to_camera=views.world_to_camera * [[1], [1], [-1]])
-    assert model.seen_by(behind).primitives == 0
-
-
-def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
-    paths = [tmp_path / "e.tex", tmp_path / "e.csv"]
-    settings = {"k": 8, "reconstruction": RECONSTRUCTION, "appearance": APPEARANCE}
-    economy([scene], [scene / "split.parquet"], *paths, generated=[None], **settings)
-    table = pd.read_csv(paths[1]).set_index("saving")
-    assert table.index.tolist() == list(SAVINGS)
-    assert table.loc["opacity", "without_primitives"] == 8 * 32 * 24
-    assert table.loc["opacity", "with_primitives"] < 8 * 32 * 24
-    for saving in ("views", "view"):
-        assert table.loc[saving, "with_psnr"] == table.loc[saving, "without_psnr"]
-    removed = table["without_primitives"] - table["with_primitives"]
-    assert removed["view"] > removed["views"] >= 0
-    assert table.loc["descriptors", "with_bytes"] == 8 * 40
-    assert "descriptors only for methods that read them & --" in paths[0].read_text()
 
 
 def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):

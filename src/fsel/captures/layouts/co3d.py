@@ -96,8 +96,8 @@ def _check_quality(path: Path, name: str, least: float) -> None:
     quality = sequence.get("viewpoint_quality_score")
     if quality is None or number(quality, path, "viewpoint_quality_score") < least:
         raise ValueError(
-            f"{path}: viewpoint_quality_score of {name} is {quality}, below the required {least:g}"
-            "for. Hint: choose another sequence, or lower `reading.min_quality`"
+            f"{path}: viewpoint_quality_score of {name} is {quality}, below the required "
+            f"{least:g}. Hint: choose another sequence, or lower `reading.min_quality`"
         )
 
 
