@@ -16,6 +16,7 @@ from fsel.cli.options import (
     bare_command,
     duration,
     number_or_auto,
+    positive,
     size_in_bytes,
     whole,
     words,
@@ -62,7 +63,7 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     text = (
         "with -k auto: dB of PSNR to lose against all frames at most, 9 times in 10 (default: 0.5)"
     )
-    group.add_argument("--loss", type=float, metavar="DB", help=text)
+    group.add_argument("--loss", type=positive, metavar="DB", help=text)
     text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
