@@ -3,7 +3,7 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep check test weights labels docs rulegraph
+.PHONY: ksweep check test how_many labels docs rulegraph
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -16,11 +16,10 @@ check: .venv/installed
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# make the predictor of `-k auto` again, in the package: src/fsel/selectors/weights
-WEIGHTS = results/selector/budget.json
-weights: .venv/installed
-	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
-	.venv/bin/python tools/ship_weights.py $(WEIGHTS)
+# what fewer frames lose on real captures, an hour of one core: `-k auto` and docs/results/how_many.md
+how_many: .venv/installed
+	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python tools/how_many.py results/how_many/rows.jsonl
+	.venv/bin/python tools/result_pages.py
 
 # make the paper's selector again, in the package, from labels with the paper's numbers
 LABELS = results/labels/selector

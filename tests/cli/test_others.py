@@ -5,7 +5,7 @@ import re
 import sys
 import time
 from argparse import Namespace
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import cv2
 import numpy as np
@@ -19,6 +19,7 @@ from fsel.cli import compare, console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.reconstruct.gaussians.settings import QUALITIES
+from fsel.selection.budget import shipped
 from fsel.selection.scene_depth import viewing_distance
 
 
@@ -65,9 +66,12 @@ def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     assert "(the point closest to all optical axes)" in printed
     assert "blurred   1 frame left out: frame_005.jpg (" in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
+    table = fsel.how_many(capture)
+    assert found["how_many"] == json.loads(json.dumps(asdict(table)))
+    assert table.total == 23  # without the blurred one
+    assert str(table) in printed
     assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())
-    assert sorted(found["worth_keeping"]) == sorted(entry["name"] for entry in picked["frames"])
     assert found["enough"] == picked["budget"]["reason"]
 
 
@@ -77,13 +81,19 @@ def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
     budget = (content := record_of(out))["budget"]
     assert content["settings"]["k"] == "auto"
     assert len(content["frames"]) == budget["frames"] == budget["enough"]
-    rule = {"threshold": 0.02, "memory": None, "size": [64, 48], "trainer": "splats"}
+    rule = {"loss": 0.5, "memory": None, "size": [64, 48], "trainer": "splats"}
     assert budget["rule"] == rule
     chosen = fsel.select(fsel.read_capture(capture, long_side=64), "auto", "every:6")
-    assert budget["gain"] == pytest.approx(chosen.budget.gain)  # of the points, which were read
-    assert budget["reason"] in capsys.readouterr().out
-    assert budget["reason"] in (out / "report.html").read_text()
-    assert f"{budget['gain']:.3f} dB" in budget["reason"]
+    assert budget["table"] == json.loads(json.dumps(asdict(chosen.budget.table)))
+    printed = capsys.readouterr().out
+    assert budget["reason"] in printed
+    assert str(chosen.budget.table) in printed
+    report = (out / "report.html").read_text()
+    assert budget["reason"] in report
+    few = tmp_path / "few"
+    assert select(capture, "-k", "auto", "--loss", "9", "-o", few) == 0
+    assert len(record_of(few)["frames"]) == min(shipped()["frames"])
+    assert 'aria-label="PSNR against all frames"' in (few / "report.html").read_text()
 
 
 def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
@@ -105,7 +115,6 @@ def test_two_frames_are_all_worth_keeping(tmp_path, capsys):
     write_ring(tmp_path / "two", frames=2)
     assert run("info", tmp_path / "two", "--json") == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["worth_keeping"] == ["frame_000.jpg", "frame_001.jpg"]
     assert found["enough"] == "all 2 frames: too few to select from"
     assert select(tmp_path / "two", "-k", 2, "-o", tmp_path / "out") == 1
     assert "too few to select from: 2 frames; at least 3" in capsys.readouterr().err

@@ -23,7 +23,7 @@ from fsel.selection.export import placing, subset
         (["--targets", "path.json"], ["far from every camera", "another world frame"]),
         (["--targets", "names.txt"], ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (["--method", "best"], ["'best'", "allowed: fsel"]),
-        (["-k", "auto", "--method", "uniform"], ["method is 'uniform'", "not nested"]),
+        (["-k", "4", "--loss", "1"], ["--loss 1", "-k auto"]),
         (["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
         (["--views"], ["--views", "panoramas"]),
     ],

@@ -122,7 +122,6 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
         ({"k": 2.5}, r"k is 2\.5 \(float\); expected a whole number, 'auto' or fsel\.Auto"),
         ({"k": True}, r"k is True \(bool\); expected"),
         ({"k": "many"}, "k is 'many'; allowed: a number of frames, or 'auto'"),
-        ({"k": "auto", "method": "kmedoids"}, "method is 'kmedoids'.*allowed: fsel, .*Hint"),
         ({"targets": 7}, r"targets is 7 \(int\); expected names or numbers of the 24 frames"),
         ({"targets": [0.5]}, r"targets is \[0\.5\] \(list\); expected names or numbers"),
         ({"targets": np.zeros((2, 2, 2))}, r"targets are an array of \(2, 2, 2\) float64"),

@@ -43,7 +43,7 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
     for name in (*STUDIES, "speed_settings"):
         assert asked[name] == 1, name
     assert usual["ksweep"] == 1
-    assert not {*STUDIES, "speed_settings", "fit_budget"} & set(usual)
+    assert not {*STUDIES, "speed_settings"} & set(usual)
     alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
     assert set(alone) - {"total"} == {"stability"}
 

@@ -33,10 +33,3 @@ def kept_here(choose):
         return chosen if chosen.startswith("<results>") else local(chosen)
 
     return path
-
-
-def budget_sources(wildcards):
-    """What tools/fit_budget.py depends on: evaluations as of `label`, and the prediction."""
-    files = ("src/fsel/selection/budget.py", "tools/fit_budget.py")
-    own = fingerprint([experiment.locate(file) for file in files], {})
-    return [experiment.library("label", experiment.reconstruction), own]

@@ -39,7 +39,8 @@ from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: keeping the best selection so far; press Ctrl-C again to quit"
 AGAINST = (
-    *("-k", "--always", "--never", "--method", "--vram", "--trainer", "--patience", "-o", "--out"),
+    *("-k", "--always", "--never", "--method", "--loss", "--vram", "--trainer", "--patience"),
+    *("-o", "--out"),
 )
 """Options that the command of a page, which changes single picks, leaves out or states itself."""
 
@@ -54,6 +55,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             "--vram and --trainer need each other and -k auto. Hint: --vram 8GB --trainer gsplat"
         )
+    if args.loss is not None and args.k != AUTO:
+        raise ValueError(f"--loss {args.loss:g} needs -k auto")
     wanted = _request(args)
     vet(wanted)  # before poses are sought
     if args.blocks or args.block_size:
@@ -121,7 +124,8 @@ def _auto(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> A
     camera = source.raw.cameras[0]
     scale = (form.long_side or source.longest) / source.longest
     size = (max(1, round(camera.width * scale)), max(1, round(camera.height * scale)))
-    return Auto(memory=args.vram, size=size, **({"trainer": args.trainer} if args.trainer else {}))
+    stated = {"loss": args.loss, "memory": args.vram, "trainer": args.trainer}
+    return Auto(size=size, **{name: value for name, value in stated.items() if value is not None})
 
 
 def _request(args: argparse.Namespace) -> SelectionRequest:
@@ -231,6 +235,7 @@ def _say_outcome(console: Console, outcome: Outcome) -> None:
     selection = outcome.selection
     console.say("result", record.summary(outcome))
     if selection.budget is not None:
+        console.text(f"{selection.budget.table}\n")
         console.say("k", record.reason(selection.budget))
         if (most := selection.budget.within) is not None:
             limit = "more than" if most > selection.budget.frames else "not more than"

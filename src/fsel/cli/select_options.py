@@ -16,6 +16,7 @@ from fsel.cli.options import (
     bare_command,
     duration,
     number_or_auto,
+    positive,
     size_in_bytes,
     whole,
     words,
@@ -25,7 +26,7 @@ TRAINERS = ("gsplat", "splatfacto", "nerfacto", "long-lrm")  # of `budget.TRAINE
 TURNED, UNTURNED = "auto", "none"
 RECORDED = (
     *("k", "targets", "weights", "patience", "masks", "box"),
-    *("geometry_only", "keep_bad", "vram", "trainer", "always", "never", "long_side"),
+    *("geometry_only", "keep_bad", "loss", "vram", "trainer", "always", "never", "long_side"),
     *("undistort", "up", "views"),
 )
 """Options that selection.json repeats, in its order."""
@@ -59,6 +60,10 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("-k", type=number_or_auto, required=True, help=text)
     group.add_argument("--views", action="store_true", help=argparse.SUPPRESS)
+    text = (
+        "with -k auto: dB of PSNR to lose against all frames at most, 9 times in 10 (default: 0.5)"
+    )
+    group.add_argument("--loss", type=positive, metavar="DB", help=text)
     text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)

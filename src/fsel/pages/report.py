@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from html import escape
 
 import cv2
@@ -13,9 +14,10 @@ from fsel.core.geometry import viewing_angles
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.features.conditioned import look_depth
-from fsel.pages.drawings import timeline
+from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
+from fsel.selection.budget import Budget
 from fsel.selection.export.record import closeness, reason, summary, trials
 from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
@@ -67,6 +69,7 @@ def page(shown: ReportContent) -> str:
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
+        *_how_many(selection.budget),
         *_tables(shown),
         "</div>",
         DETAIL,
@@ -202,6 +205,19 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
             f"{order}</button>"
         )
     return [*parts, "</div>"]
+
+
+def _how_many(budget: Budget | None) -> list[str]:
+    """Draw what numbers of frames lose against all, with the interval, where one was found."""
+    if budget is None or not budget.table.rows:
+        return []
+    values = np.array([astuple(row) for row in budget.table.rows]).T
+    chart = line_chart({"PSNR": Line(*values[:4])}, "frames", "+.1f", "PSNR against all frames")
+    said = f"PSNR (dB) against all {budget.table.total} frames, with its 90 % interval."
+    return [
+        "<h2>How many frames are needed</h2>",
+        f"<figure>{chart}<figcaption>{said}</figcaption></figure>",
+    ]
 
 
 def _tables(shown: ReportContent) -> list[str]:

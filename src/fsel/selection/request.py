@@ -175,21 +175,13 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
 
 
 def _check_number(request: SelectionRequest, k: int | Auto, method: Method) -> None:
-    """Refuse what does not go with finding a number of frames, or with frames to keep."""
+    """Refuse frames to keep where the number is to be found, or the method does not begin so."""
     auto = isinstance(k, Auto)
     if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
             "`always=NAMES` needs a number of frames and a method that begins "
             f"with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and the "
             f"method {method.name}"
-        )
-    if auto and not method.nested:
-        from fsel.evaluation.methods import METHODS
-
-        nested = ", ".join(name for name, method in METHODS.items() if method.nested)
-        raise ValueError(
-            f"method is {method.name!r}, whose selections are not nested, as k=auto needs; "
-            f"allowed: {nested}. Hint: give a number k"
         )
 
 

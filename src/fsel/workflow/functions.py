@@ -12,8 +12,6 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "budget_curves": "fit_budget:budget_curves",  # of tools
-    "fit_budget": "fit_budget:fit_budget",
     "selections": f"{STAGES}.curate:selections",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",

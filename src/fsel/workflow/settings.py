@@ -21,7 +21,6 @@ from fsel.workflow.schema import complete, read_schema
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
-BUDGET_SCENES = 3  # of each dataset, that `-k auto` is fitted to
 TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
 Scene = tuple[str, str]  # dataset, scene
 Locate = Callable[[str], str | Path]  # path in the repository of the workflow -> where it is
@@ -150,12 +149,6 @@ class Settings:
         """Labelled scene -> its coverage levels: all, or one, in turn from scene to scene."""
         one = [[level] for level in self.config["coverage_turns"]]
         return dict(zip(self.labelled, cycle(one or [sorted(self.config["coverages"])])))
-
-    @property
-    def budget_scenes(self) -> list[str]:
-        """List dataset/scene of the first `train` scenes of every dataset, for `fit_budget`."""
-        datasets, scenes = self.datasets.entries, self.scenes
-        return [f"{d}/{s}" for d in datasets for s in scenes(d, "train")[:BUDGET_SCENES]]
 
     def frames_needed(self, role: str) -> int:
         """Return the least frames of a scene: targets, their proxies, and the largest budget."""

@@ -171,16 +171,14 @@ def _left_out(outcome: Outcome, frame: int) -> str:
 
 def reason(budget: Budget) -> str:
     """Return the reason for a number of frames, in words."""
+    rule, all_frames = budget.rule, budget.table.total
+    bound = f"{rule.loss:g} dB against all {all_frames}, 9 times in 10 (--loss {rule.loss:g})"
     if budget.within is not None and budget.within < budget.enough:
-        return (
-            f"{budget.frames} frames, the most that {budget.rule.trainer} fits into "
-            f"{budget.rule.memory:,} bytes; more frames, up to {budget.enough}, are predicted to "
-            f"gain up to {budget.missing:.3f} dB each"
-        )
-    return (
-        f"{budget.frames} frames: the last is predicted to gain {budget.gain:.3f} dB, further ones "
-        f"less than {budget.rule.threshold:g} dB each"
-    )
+        limit = f"the most that {rule.trainer} fits into {rule.memory:,} bytes"
+        return f"{budget.frames} frames, {limit}; {budget.enough} lose at most {bound}"
+    if budget.enough == all_frames:
+        return f"all {all_frames} frames: fewer may lose more than {rule.loss:g} dB"
+    return f"{budget.frames} frames: they lose at most {bound}"
 
 
 def summary(outcome: Outcome) -> str:

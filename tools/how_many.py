@@ -1,0 +1,194 @@
+"""Measure what fewer frames lose on real captures, and calibrate `-k auto` by it: `make how_many`.
+
+One frame in eight of each capture is held out. Trained Gaussians (600 steps, whatever the number of
+frames) are fitted to all others and to what the rule of `fsel select` picks of them. Rows that are
+there are kept; then the record in the package is written, and what docs/results/how_many.md shows.
+"""
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import fsel
+from fsel.core.files import write_text
+from fsel.evaluation.figures import COLORS, TEXT, name_axes, new_figure, save
+from fsel.evaluation.summary import write_csv
+from fsel.selection.budget import BOUND, LOSS, RECORD, SHARES, Record, enough, losses
+from fsel.selectors.pretrained import FOLDER
+
+HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
+EVERY, FIRST = 8, 3  # one frame in so many is held out, from this one on
+FRAMES = (20, 45, 70)  # numbers of frames, in the order they are measured
+SETTINGS: dict[str, Any] = {"steps": 600, "gaussians": 6000, "background": "mean"}
+SIDE = 128  # pixels
+
+Rule = Callable[[int], int]  # all frames -> frames kept
+
+
+def measure(file: Path) -> Iterator[dict[str, object]]:
+    """Yield a row for every capture and number of frames that the file lacks; 0 stands for all."""
+    known = set()
+    if file.exists():
+        lines = file.read_text(encoding="utf-8").splitlines()
+        known = {(row["capture"], row["k"]) for row in map(json.loads, lines)}
+    folders = sorted(path.parent for path in HOME.glob("*/sparse"))
+    for k, folder in product((0, *FRAMES), folders):
+        if (folder.name, k) in known:
+            continue
+        capture = fsel.read_capture(folder, long_side=SIDE)
+        held = np.arange(FIRST, len(capture), EVERY)
+        seen = np.setdiff1d(np.arange(len(capture)), held)
+        if k >= len(seen):
+            continue
+        own, sharp = capture.subset(seen), np.zeros(len(seen))
+        picks = fsel.select(own, k, patience=0, sharpness=sharp).indices if k else slice(None)
+        started = time.process_time()
+        model = fsel.fit(capture, seen[picks], "gaussians", **SETTINGS)
+        seconds = round(time.process_time() - started, 2)
+        psnr = round(float(fsel.evaluate(capture, model, held)["psnr"].mean()), 4)
+        yield {"capture": folder.name, "n": len(seen), "k": k, "psnr": psnr, "seconds": seconds}
+
+
+def lost(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return dB that K frames lose against all: a row each capture and its n, a column each K."""
+    table = rows.pivot(index=["capture", "n"], columns="k", values="psnr")
+    return table.drop(columns=0).rsub(table[0], axis=0)
+
+
+def times(rows: pd.DataFrame) -> list[float]:
+    """Return seconds of training with each K over those with all frames, medians over captures."""
+    table = rows.pivot(index="capture", columns="k", values="seconds")
+    ratios: list[float] = table.drop(columns=0).div(table[0], axis=0).median().round(2).tolist()
+    return ratios
+
+
+def calibrated(table: pd.DataFrame) -> Record:
+    """Return what shares of the captures that have more than K frames lose with K; the bound is of
+    all, of which others keep all frames and lose nothing."""
+    known = [own.dropna().to_numpy() for _, own in table.items()]
+    shares = {
+        name: [conformal(own, share) for own in known]
+        for name, share in SHARES.items()
+        if name != BOUND
+    }
+    shares[BOUND] = list(conformal(table.fillna(0).to_numpy(), SHARES[BOUND]))
+    shares["better"] = [(own < 0).mean() for own in known]
+    n = table.index.get_level_values("n").tolist()
+    found = {name: np.round(values, 2).tolist() for name, values in shares.items()}
+    return {"frames": table.columns.tolist(), **found, "total": [min(n), max(n)]}
+
+
+def conformal(values: np.ndarray, share: float) -> np.ndarray:
+    """Return what a further one of (C, ...) values stays below with a probability, (...): the
+    ceil(share (C + 1))-th smallest, the largest if there are too few; below a half mirrored."""
+    if share < 0.5:
+        return -conformal(-values, 1 - share)
+    at = min(int(np.ceil(share * (len(values) + 1) - 1e-9)), len(values))
+    found: np.ndarray = np.sort(values, axis=0)[at - 1]
+    return found
+
+
+def at(loss: pd.Series, total: int, frames: float) -> float:
+    """Return dB that a capture loses with so many frames, between the numbers measured."""
+    known = loss.dropna()
+    places = -1 / np.sqrt([*known.index, total])
+    return float(np.interp(-1 / np.sqrt(min(frames, total)), places, [*known, 0.0]))
+
+
+def auto(table: pd.DataFrame) -> Rule:
+    """Return what `-k auto` keeps: one number of frames for all captures."""
+    return partial(enough, calibrated(table), LOSS)
+
+
+def one_share(table: pd.DataFrame) -> Rule:
+    """Return the smallest share of the frames, in hundredths, with the guarantee of `-k auto`."""
+    shares = np.arange(1, 101) / 100
+    lost_at = [[at(row, n, np.ceil(x * n)) for x in shares] for (_, n), row in table.iterrows()]
+    over = conformal(np.array(lost_at), SHARES[BOUND]) > LOSS
+    return lambda total: int(np.ceil(total * shares[np.flatnonzero(over).max(initial=-1) + 1]))
+
+
+def left_out(table: pd.DataFrame, rule: Callable[[pd.DataFrame], Rule]) -> pd.DataFrame:
+    """Return n, what a rule keeps of each capture by all others, and dB lost with these frames."""
+    rows = []
+    for place, (name, n) in enumerate(table.index):
+        frames = rule(table.drop(table.index[place]))(n)
+        rows.append((name, n, frames, at(table.iloc[place], n, frames)))
+    return pd.DataFrame(rows, columns=["capture", "n", "frames", "loss"]).set_index("capture")
+
+
+def covered(table: pd.DataFrame) -> pd.DataFrame:
+    """Return of each K the captures, the share inside their 90 % interval by all others, the median
+    width of these intervals in dB, and the share that lose no more than the bound."""
+    rows = []
+    for place in range(len(table)):
+        known, own = table.iloc[place].dropna(), calibrated(table.drop(table.index[place]))
+        low, _, high, bound = losses(own, known.index.to_numpy())
+        inside, held = (low <= known) & (known <= high), known <= bound
+        rows += zip(known.index, inside, high - low, held, known, strict=True)
+    each = pd.DataFrame(rows, columns=["K", "inside", "width", "within", "loss"]).groupby("K")
+    return each.agg(
+        captures=("inside", "size"),
+        loss=("loss", "median"),
+        inside=("inside", "mean"),
+        width=("width", "median"),
+        within=("within", "mean"),
+    )
+
+
+RULES = {"auto": auto, "share": one_share}
+
+
+def draw(table: pd.DataFrame, path: Path) -> None:
+    """Draw losses against K, a line each capture, and their 90 % interval."""
+    figure = new_figure((TEXT, 3.2))
+    axis = figure.subplots()
+    for (_, n), row in table.iterrows():
+        known = row.dropna()
+        axis.plot([*known.index, n], [*-known, 0], color="0.6", linewidth=0.7)
+    frames = np.geomspace(table.columns.min(), table.columns.max(), 99)
+    low, median, high, _ = -losses(calibrated(table), frames)
+    axis.fill_between(frames, high, low, color=COLORS[1], alpha=0.25, linewidth=0)
+    axis.plot(frames, median, color=COLORS[1])
+    axis.set_xscale("log")
+    ticks = [*table.columns, 200]
+    axis.set_xticks(ticks, list(map(str, ticks)), minor=False)
+    axis.minorticks_off()
+    name_axes(axis, "frames kept", "PSNR against all frames (dB)")
+    save(figure, [path])
+
+
+def write(rows: pd.DataFrame, folder: Path) -> None:
+    """Write the record of the package, and what docs/results/how_many.md shows."""
+    table, time_of = lost(rows), {"time": times(rows)}
+    write_text(json.dumps({**calibrated(table), **time_of}, indent=2) + "\n", FOLDER / RECORD)
+    draw(table, folder / "how_many.png")
+    write_csv(covered(table).assign(**time_of).reset_index(), folder / "intervals.csv")
+    kept = {name: left_out(table, rule) for name, rule in RULES.items()}
+    rules = [
+        (name, own["frames"].mean(), share.mean(), (own["loss"] <= LOSS).mean(), own["loss"].max())
+        for name, own in kept.items()
+        for share in [own["frames"] / own["n"]]
+    ]
+    columns = ["rule", "frames", "share", "within", "most"]
+    write_csv(pd.DataFrame(rules, columns=columns), folder / "rules.csv")
+    each = table.add_prefix("K").reset_index("n").join(kept["auto"].drop(columns="n"))
+    write_csv(each.reset_index(), folder / "captures.csv")
+
+
+if __name__ == "__main__":
+    rows = Path(sys.argv[1])
+    rows.parent.mkdir(parents=True, exist_ok=True)
+    with rows.open("a") as file:
+        for row in measure(rows):
+            print(json.dumps(row), file=file, flush=True)
+    write(pd.read_json(rows, lines=True), rows.parent)
