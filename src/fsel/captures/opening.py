@@ -74,11 +74,8 @@ def opened(
     sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
-    of_poses = {
-        "--features": opening.features,
-        "--masks poses:DIR": opening.pose_masks,
-        "--pose-time": opening.pose_time,
-    }
+    of_poses = {"--features": opening.features, "--masks poses:DIR": opening.pose_masks}
+    of_poses["--pose-time"] = str(opening.pose_time or "")
     if (what := next((name for name, value in of_poses.items() if value), "")) and not sought:
         raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: `poses=colmap`")
     if not sought:
@@ -95,7 +92,6 @@ def opened(
     place, found = found_poses(opening, reporter)
     _check_number(opening, found)
     capture = open_capture(place / CAPTURE, "colmap", long_side, opening.max_error)
-    # as a person knows it, not as the cache does
     known = f"colmap at {', '.join(str(path) for path in opening.paths)}"
     return replace(capture, capture=replace(capture.capture, source=known), found=found)
 
@@ -116,8 +112,7 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     by, kind = program(opening.by, "by"), opening.features or features.SIFT
     masks = _masks(opening)
     sources, sampling = _sources(opening, reporter)
-    made: list = ["time", opening.pose_time] if opening.pose_time else []
-    place = cache() / _digest(sources, sampling, by, kind, masks, made)
+    place = cache() / _digest(sources, sampling, by, kind, masks, opening.pose_time)
     place.mkdir(parents=True, exist_ok=True)
     with kept.locked(place / LOCK):
         report = kept.found_in(place, reporter)
@@ -130,9 +125,8 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            limit = SearchTime(opening.pose_time)
-            settings = {"by": by, "features": kind, "masks": masks, "time": limit}
-            work = Work(place / MATCHING, watch=reporter.bar, **settings)
+            work = Work(place / MATCHING, watch=reporter.bar, by=by, features=kind, masks=masks)
+            work = replace(work, time=SearchTime(opening.pose_time))
             found = _placed(sources, sampling, place, work, reporter)
             paths = [str(source.path) for source in sources]
             stated = {"sources": paths, "settings": sampling.stated}
@@ -292,7 +286,7 @@ def _digest(
     by: Estimator | None,
     kind: str,
     masks: Path | Estimator | None,
-    more: list,
+    limit: float | None,
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
@@ -301,5 +295,6 @@ def _digest(
     names = [source.name for source in sources]
     made: list = [by.by] if by else [kind] if kind != features.SIFT else []
     made += ["masks", masks.by] if isinstance(masks, Estimator) else []
-    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made, *more])
+    made += ["time", limit] if limit else []
+    known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made])
     return hashlib.sha256(known.encode()).hexdigest()[:16]

@@ -24,7 +24,7 @@ SCALED = 512  # COLMAP's bytes of a unit descriptor
 
 def extract(database: Path, folder: Path, names: Sequence[str]) -> None:
     """Store the features of images that the database has, in white of their masks alone."""
-    found = in_turn(lambda at: _masked(folder, names[at]), names)
+    found = in_turn(lambda at: _masked(folder, names[at]), [folder / name for name in names])
     with pycolmap.Database.open(str(database)) as stored:
         keys = {image.name: image.image_id for image in stored.read_all_images()}
         for name, (points, descriptors) in zip(names, found, strict=True):
