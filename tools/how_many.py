@@ -129,7 +129,7 @@ def left_out(table: pd.DataFrame, rule: Callable[[pd.DataFrame], Rule]) -> pd.Da
 def covered(table: pd.DataFrame) -> pd.DataFrame:
     """Return of each K the captures, the share inside their 90 % interval by all others, the median
     width of these intervals in dB, and the share that lose no more than the bound."""
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for place in range(len(table)):
         known, own = table.iloc[place].dropna(), calibrated(table.drop(table.index[place]))
         low, _, high, bound = losses(own, known.index.to_numpy())

@@ -175,7 +175,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
     assert rule.tried is None
     assert fsel.select(capture, 5, patience=0).names == rule.names
     assert fsel.select(capture, 5, "every:4").tried is None
-    assert fsel.select(capture, fsel.Auto(5)).tried is not None
+    assert fsel.select(capture, fsel.Auto(memory=7 * 32 * 32 * 24)).tried is not None
     assert set(fsel.select(capture, 5, always=[1, 2]).indices) >= {1, 2}
     for stated, said in (
         ({"targets": "orbit"}, "patience is 2 s, but the views to render are given"),

@@ -146,7 +146,7 @@ def losses(record: Record, frames: np.ndarray) -> np.ndarray:
 def enough(record: Record, loss: float, total: int) -> int:
     """Return the smallest number of frames, of those measured and all between, from which on no
     more than so many dB are lost, 9 times in 10; all of them where none is enough."""
-    first, last = min(record["frames"]), max(record["frames"])
+    first, last = int(min(record["frames"])), int(max(record["frames"]))
     frames = np.arange(first, last + 1)
     over = np.flatnonzero(losses(record, frames)[-1] > loss)
     least = first + int(over.max(initial=-1)) + 1
