@@ -23,7 +23,7 @@ SMOKE = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
 
 def experiment(**changes) -> Experiment:
     """The smoke config's with some top-level keys replaced."""
-    return Experiment.load(copy.deepcopy(SMOKE | changes), ROOT)
+    return Experiment.load(copy.deepcopy(SMOKE | changes), ROOT.joinpath)
 
 
 def with_dataset(**entry) -> dict:

@@ -34,7 +34,7 @@ del os.sched_getaffinity, signal.pthread_sigmask
 from pathlib import Path
 from fsel.cli import main
 from fsel.cli.console import Console
-from fsel.captures.opening import locked
+from fsel.captures.poses.kept import locked
 
 assert main("select ring -k 3 --patience 0 -o first --quiet".split()) == 0
 slow = {"matplotlib", "numba", "pandas", "scipy", "torch"} & set(sys.modules)

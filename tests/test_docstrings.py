@@ -10,6 +10,7 @@ from fsel.core import limits
 
 SHOWN = [
     *(fsel.read_capture, fsel.select, fsel.Selection.export, fsel.fit, fsel.evaluate),
+    fsel.how_many,
     *(fsel.bad_frames, fsel.Auto, fsel.set_threads, fsel.Capture.resized, fsel.Capture.subset),
 ]
 

@@ -112,4 +112,3 @@ def test_the_table_measures_the_new_dataset(extended):
     sizes = pd.read_csv(extended / "results" / "mine" / "tables" / "capture_sizes.csv")
     assert sizes["scene"].tolist() == ["mine/desk"]
     assert sizes["frames"].tolist() == [40]
-    assert sizes["extent"].tolist() == pytest.approx([8.0])

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.evaluation.methods import METHODS
     from fsel.metrics import REGISTERED as METRICS
     from fsel.reconstruct import RECONSTRUCTORS
-    from fsel.selection.api import evaluate, fit, select
+    from fsel.selection.api import evaluate, fit, how_many, select
     from fsel.selection.budget import Auto
     from fsel.selection.outcome import Selection
     from fsel.selection.validation import TimeBudget
@@ -46,6 +46,7 @@ _HOMES = {
     "Auto": "fsel.selection.budget",
     "TimeBudget": "fsel.selection.validation",
     "fit": "fsel.selection.api",
+    "how_many": "fsel.selection.api",
     "evaluate": "fsel.selection.api",
     "set_threads": "fsel.core.limits",
     "METHODS": "fsel.evaluation.methods",
@@ -67,6 +68,7 @@ __all__ = [
     "bad_frames",
     "evaluate",
     "fit",
+    "how_many",
     "read_capture",
     "select",
     "set_threads",

@@ -82,7 +82,7 @@ def test_views_show_what_cameras_there_would_see(world, placed, capsys):
     assert run("poses", "around", "--by", "true", "-o", "no") == 1
     assert run("select", "flat.avi", "-k", "2", "--views", "-o", "no") == 1
     said = capsys.readouterr().err
-    assert "flat.avi: views (--views)" in said
+    assert "flat.avi: --views" in said
     assert "panoramas (2:1) and other images" in said
     assert "--by" in said
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pycolmap
 import pytest
@@ -9,9 +10,10 @@ from scipy.spatial.transform import Rotation
 from small_captures import ring
 
 from fsel.captures import sampling
-from fsel.captures.colmap import failures, mapping
+from fsel.captures.colmap import failures, mapping, runs, search_time
 from fsel.captures.colmap.mapping import Mapped
 from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.video import SampledFrame, Sampling
@@ -103,7 +105,50 @@ def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):
     placing += [lambda name: number(name) < 61] * 2
     found = placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
     assert len(given) == 5  # denser frames were not placed either
-    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 9}]
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 3}]
+
+
+def test_what_was_placed_first_is_kept_where_denser_frames_are_not_or_time_is_over(
+    scripted, tmp_path
+):
+    placing, given = scripted
+    sources = [Source(tmp_path / "walk.mp4")]
+    placing += [lambda name: number(name) < 65, failures.ROTATES]
+    found = placement.place(sources, Sampling(), tmp_path / "a", Work(), lambda *_: None)
+    assert (len(given), found["frames"], len(found["placed"])) == (2, 10, 7)
+    placing += [lambda name: number(name) < 65]
+    work = Work(time=SearchTime(0.0))
+    found = placement.place(sources, Sampling(), tmp_path / "b", work, lambda *_: None)
+    assert (len(given), len(found["placed"]), found["stopped"]) == (3, 7, True)
+    assert "--pose-time" in placement.notes(found)[0]
+
+
+def test_the_search_for_more_ends_some_time_after_the_first_try(monkeypatch):
+    now = iter([100.0, 150.0, 299.0, 301.0])
+    monkeypatch.setattr(search_time.time, "monotonic", lambda: next(now))
+    limit = SearchTime(began=100.0)
+    assert limit.left == np.inf  # the first try is not cut
+    limit.tried()  # after 50 s
+    assert [limit.over, limit.over] == [False, True]
+
+
+def test_of_frames_that_overlap_the_sharpest_are_taken(tmp_path):
+    """Forty frames, of which the first twenty hardly move, and each next one by 5 %."""
+    wall = np.random.default_rng(0).integers(0, 255, (12, 120, 3), np.uint8)
+    wall = cv2.resize(wall, (960, 96), interpolation=cv2.INTER_CUBIC)
+    at = [*range(20), *range(20, 180, 8)]
+    image_files.write(
+        np.array([wall[:, left : left + 160] for left in at]),
+        tmp_path,
+        [shot.name for shot in shots(*range(40))],
+    )
+    taken = [SampledFrame(i, i / 10, float(i == 7)) for i in range(40)]
+    kept = [shot.index for shot in sampling._overlapping(taken, tmp_path, 20)]
+    assert 20 <= len(kept) < 30
+    assert 7 in kept
+    assert set(range(22, 39)) <= set(kept)
+    assert len(list(tmp_path.iterdir())) == len(kept)
+    assert sampling._overlapping(taken[:9], tmp_path, 20) == taken[:9]
 
 
 def test_what_is_like_the_last_frame_is_lost_with_it(scripted, tmp_path, monkeypatch):
@@ -209,7 +254,7 @@ def test_a_picture_that_slides_is_not_placed(shift, parallax, expected, tmp_path
 
 def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypatch):
     """Two walks of 60 frames along the same 60 places: a frame's likeness is its place."""
-    from fsel.captures.colmap import pairs, runs
+    from fsel.captures.colmap import pairs
 
     turn = np.tile(np.arange(60) * 0.02, 2)
     vectors = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -300,7 +345,7 @@ def test_steps_of_the_global_mapper_are_read_from_its_log(tmp_path, monkeypatch)
                 file.write(text)
 
     monkeypatch.setattr(mapping, "WAIT", 0)
-    assert list(mapping._steps(Process(), log)) == [0, 1]
+    assert list(mapping._steps(Process(), log, SearchTime())) == [0, 1]
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,11 @@
 """`fsel info`, `fsel select -k auto`, `fsel compare`, `fsel reconstruct`."""
 
 import json
+import re
 import sys
 import time
 from argparse import Namespace
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ from fsel.cli import compare, console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.reconstruct.gaussians.settings import QUALITIES
+from fsel.selection.budget import shipped
 from fsel.selection.scene_depth import viewing_distance
 
 
@@ -64,9 +66,12 @@ def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     assert "(the point closest to all optical axes)" in printed
     assert "blurred   1 frame left out: frame_005.jpg (" in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
+    table = fsel.how_many(capture)
+    assert found["how_many"] == json.loads(json.dumps(asdict(table)))
+    assert table.total == 23  # without the blurred one
+    assert str(table) in printed
     assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())
-    assert sorted(found["worth_keeping"]) == sorted(entry["name"] for entry in picked["frames"])
     assert found["enough"] == picked["budget"]["reason"]
 
 
@@ -76,13 +81,19 @@ def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
     budget = (content := record_of(out))["budget"]
     assert content["settings"]["k"] == "auto"
     assert len(content["frames"]) == budget["frames"] == budget["enough"]
-    rule = {"threshold": 0.02, "memory": None, "size": [64, 48], "trainer": "splats"}
+    rule = {"loss": 0.5, "memory": None, "size": [64, 48], "trainer": "splats"}
     assert budget["rule"] == rule
     chosen = fsel.select(fsel.read_capture(capture, long_side=64), "auto", "every:6")
-    assert budget["gain"] == pytest.approx(chosen.budget.gain)  # of the points, which were read
-    assert budget["reason"] in capsys.readouterr().out
-    assert budget["reason"] in (out / "report.html").read_text()
-    assert f"{budget['gain']:.3f} dB" in budget["reason"]
+    assert budget["table"] == json.loads(json.dumps(asdict(chosen.budget.table)))
+    printed = capsys.readouterr().out
+    assert budget["reason"] in printed
+    assert str(chosen.budget.table) in printed
+    report = (out / "report.html").read_text()
+    assert budget["reason"] in report
+    few = tmp_path / "few"
+    assert select(capture, "-k", "auto", "--loss", "9", "-o", few) == 0
+    assert len(record_of(few)["frames"]) == min(shipped()["frames"])
+    assert 'aria-label="PSNR against all frames"' in (few / "report.html").read_text()
 
 
 def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
@@ -91,6 +102,9 @@ def test_a_number_of_frames_fits_a_gpu(capture, tmp_path, capsys):
         assert select(capture, *lacking, "-o", tmp_path / "out") == 1
         assert "--vram and --trainer need" in capsys.readouterr().err
     assert select(capture, *asked, "--trainer", "long-lrm", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr().out.splitlines()
+    (said,) = [line.split() for line in printed if line.startswith("memory")]
+    assert {"3", "long-lrm"} <= set(said)
     content = record_of(tmp_path / "out")
     assert content["budget"]["frames"] == content["budget"]["within"] == len(content["frames"]) == 3
     assert "long-lrm fits into 1,200,000,000 bytes" in content["budget"]["reason"]
@@ -101,7 +115,6 @@ def test_two_frames_are_all_worth_keeping(tmp_path, capsys):
     write_ring(tmp_path / "two", frames=2)
     assert run("info", tmp_path / "two", "--json") == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["worth_keeping"] == ["frame_000.jpg", "frame_001.jpg"]
     assert found["enough"] == "all 2 frames: too few to select from"
     assert select(tmp_path / "two", "-k", 2, "-o", tmp_path / "out") == 1
     assert "too few to select from: 2 frames; at least 3" in capsys.readouterr().err
@@ -122,17 +135,8 @@ def test_viewing_distance_is_the_median_depth_of_what_is_seen():
 
 def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     out = tmp_path / "out"
-    asked = [
-        "-k",
-        "5,4",
-        "--methods",
-        "fsel,random",
-        "--long-side",
-        64,
-        "--reconstructor",
-        "splats",
-    ]
-    assert run("compare", capture, *asked, "--json", "-o", out) == 0
+    asked = ["-k", "5,4", "--methods", "fsel,random", "--long-side", 64, "--json", "-o", out]
+    assert run("compare", capture, *asked, "--reconstructor", "splats") == 0
     content = json.loads(capsys.readouterr().out)
     assert content == json.loads((out / "compare.json").read_text())
     rows = {(row["k"], row["method"]): row for row in content["rows"]}
@@ -151,10 +155,13 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
             found.append(fsel.evaluate(whole, model, held)["psnr"].mean())
         assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
     table = (out / "compare.txt").read_text().splitlines()
-    assert table[0].split() == ["k", "method", "PSNR", "SSIM", "GMSD", "fsel", "ahead,", "dB"]
-    assert table[1].split()[:3] == ["4", "fsel", f"{rows[4, 'fsel']['psnr']:.2f}"]
+    assert table[0].split()[:5] == ["k", "method", "PSNR", "SSIM", "GMSD"]
+    command, psnr = ["fsel", "select", "--targets"], f"{rows[4, 'fsel']['psnr']:.2f}"
+    assert table[1].split()[:5] == ["4", *command, psnr]
     gap = rows[4, "fsel"]["psnr"] - rows[4, "random"]["psnr"]
-    assert float(table[2].split()[-1].rstrip("*")) == pytest.approx(gap, abs=0.006)
+    mean, low, _, high = re.sub("[()*]", "", table[2]).split()[-4:]
+    assert float(mean) == pytest.approx(gap, abs=0.006)
+    assert float(low) < float(mean) < float(high)
     assert table[-1] == content["verdict"]
 
 
@@ -166,7 +173,7 @@ def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_pa
     rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
     chosen = fsel.select(rest, 6, keep_bad=True)
     assert content["rows"][0]["picks"] == [list(chosen.names)]
-    assert "known to fsel, not to tried, uniform." in content["how"]
+    assert "known to fsel select --targets, not to fsel select, uniform." in content["how"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """`fsel poses`, and commands on what has no poses yet: a video, photos."""
 
+import errno
 import json
 import shlex
 import shutil
@@ -20,6 +21,7 @@ from fsel.captures.colmap.runs import plan
 from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
 from fsel.captures.opening import Opening
+from fsel.captures.poses import kept, placement
 from fsel.captures.sampling import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))
@@ -155,7 +157,6 @@ def test_what_cannot_be_posed_is_refused(line, said, cache, tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("", "-k 30"),
         ("-k 0", "k is 0"),
         ("-k 100000", "up to 11"),
         ("-k 5 --rate 2", "up to 4"),
@@ -290,12 +291,72 @@ def test_the_cache_is_listed_and_cleared_but_for_what_is_in_use(cache, tmp_path,
     places, weights = json.loads(capsys.readouterr().out)["entries"]  # a digest comes first
     assert places["of"] == f"poses of {photos}"
     assert weights == {"name": "lpips_alex.safetensors", "bytes": 1000, "of": ""}
-    with opening.locked(cache / places["name"] / opening.LOCK):
+    with kept.locked(cache / places["name"] / kept.LOCK):
         assert run("cache", "--clear") == 0
     assert f"{cache / places['name']}: is in use" in capsys.readouterr().err
     assert {path.name for path in cache.iterdir()} == {places["name"], "letters.txt"}
     assert run("cache", "--clear", "--quiet") == 0
     assert [path.name for path in cache.iterdir()] == ["letters.txt"]
+
+
+@pytest.fixture
+def grey(tmp_path):
+    """The words of `fsel poses` for photos that a program places."""
+    shots = np.full((5, 48, 64, 3), 99, np.uint8)
+    image_files.write(shots, tmp_path / "grey", [f"{name}.jpg" for name in "abcde"])
+    return ["poses", tmp_path / "grey", "--by", shlex.join(pose_program.written(tmp_path))]
+
+
+@pytest.mark.parametrize(
+    ("damaged", "content"),
+    [
+        ("poses.json", b""),
+        ("poses.json", b'{"x": 1}'),
+        ("capture/sparse/0/images.bin", b"\1"),
+        ("capture/sparse/0/cameras.bin", None),
+        ("capture/images/a.jpg", b""),
+    ],
+)
+def test_what_is_damaged_in_the_cache_is_made_anew(damaged, content, grey, cache, tmp_path, capsys):
+    assert run(*grey, "-o", tmp_path / "out") == 0
+    file = next(cache.glob(f"*/{damaged}"))
+    file.unlink()  # a photo's link, not the photo
+    if content is not None:
+        file.write_bytes(content)
+    for warned in (True, False):
+        capsys.readouterr()
+        assert run("cache", "--quiet") == 0
+        assert run(*grey, "-o", tmp_path / "out", "--force") == 0
+        assert ("damaged" in capsys.readouterr().err) == warned
+    assert len(json.loads((tmp_path / "out" / "poses.json").read_text())["placed"]) == 4
+    file.write_bytes(b"")
+    assert run("cache", "--clear") == 0
+    assert not any(cache.iterdir())
+
+
+def test_what_a_cut_off_run_left_damaged_is_made_anew(grey, cache, tmp_path, capsys, monkeypatch):
+    with monkeypatch.context() as patched:
+        patched.setattr(placement, "_placed", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            run(*grey, "-o", tmp_path / "out")
+    next(cache.glob("*/capture/taken.json")).write_bytes(b"")
+    assert run(*grey, "-o", tmp_path / "out") == 0
+    assert "taken.json" in capsys.readouterr().err
+
+
+def test_a_full_disk_under_the_cache_is_told(grey, cache, tmp_path, capsys, monkeypatch):
+    def full(**_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def vague(*_):
+        raise RuntimeError("No registered database factory succeeded.")
+
+    monkeypatch.setattr(placement, "_placed", vague)
+    monkeypatch.setattr(kept, "TemporaryFile", full)
+    assert run(*grey, "-o", tmp_path / "out") == 1
+    (place,) = cache.iterdir()
+    assert capsys.readouterr().err == f"fsel: {place}: No space left on device\n"
+    assert (place / "capture" / "taken.json").is_file()
 
 
 def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_path, capsys):

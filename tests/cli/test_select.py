@@ -3,7 +3,9 @@
 import errno
 import json
 import os
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -29,9 +31,11 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     assert sorted(names + [entry["name"] for entry in content["left"]]) == [
         f"frame_{i:03d}.jpg" for i in range(24)
     ]
-    covered = [entry["service"] for entry in content["frames"]]
-    assert sum(entry["adds"] for entry in content["frames"]) == pytest.approx(covered[-1], abs=1e-5)
-    assert covered == sorted(covered)
+    shift = [entry["shift"] for entry in content["frames"]]
+    assert 1 - sum(entry["adds"] for entry in content["frames"]) == pytest.approx(
+        shift[-1], abs=1e-5
+    )
+    assert shift == sorted(shift, reverse=True)
     assert content["scorer"]["coefficients"]["target_gain"] == 150
     assert content["scorer"]["policy"] == "fsel"
     printed = capsys.readouterr().out
@@ -39,7 +43,9 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     assert "--targets" in printed
 
 
-def test_the_last_line_says_that_trying_was_cut(capture, tmp_path, capsys, monkeypatch):
+def test_the_end_says_that_trying_was_cut_and_what_comes_next(
+    capture, tmp_path, capsys, monkeypatch
+):
     def cut(checked, console):
         outcome = select_frames(checked, console)
         tried = CandidateScore("uniform", outcome.selection.indices, 0, 0, 0, 0, 9, 5)
@@ -48,8 +54,12 @@ def test_the_last_line_says_that_trying_was_cut(capture, tmp_path, capsys, monke
 
     monkeypatch.setattr("fsel.cli.select.select_frames", cut)
     assert select(capture, "-k", 6, "-o", tmp_path / "out") == 0
-    assert "5 fits" in capsys.readouterr().out.splitlines()[-1]
-    assert record_of(tmp_path / "out")["tried"]["cut"]
+    out = tmp_path / "out"
+    *_, stopped, _, _, opened, following = capsys.readouterr().out.splitlines()
+    assert "5 fits" in stopped
+    assert Path(opened.split()[1]) == out / "report.html"
+    assert shlex.split(following)[1:4] == ["fsel", "reconstruct", str(out)]
+    assert record_of(out)["tried"]["cut"]
 
 
 def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path):

@@ -3,6 +3,7 @@
 import errno
 import json
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -22,7 +23,7 @@ from fsel.selection.export import placing, subset
         (["--targets", "path.json"], ["far from every camera", "another world frame"]),
         (["--targets", "names.txt"], ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (["--method", "best"], ["'best'", "allowed: fsel"]),
-        (["-k", "auto", "--method", "uniform"], ["method is 'uniform'", "not nested"]),
+        (["-k", "4", "--loss", "1"], ["--loss 1", "-k auto"]),
         (["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
         (["--views"], ["--views", "panoramas"]),
     ],
@@ -71,7 +72,12 @@ def test_a_full_disk_leaves_nothing(names, capture, tmp_path, monkeypatch, capsy
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_leaves_what_was_there(number, code, capture, tmp_path, monkeypatch, capsys):
+def test_a_signal_leaves_what_was_there(
+    number, code, capture, tmp_path, monkeypatch, capsys, request
+):
+    # a shell has what it starts in the background ignore SIGINT, and so does `fsel` then
+    handler = signal.signal(number, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(number, handler))
     out = tmp_path / "out"
     assert select(capture, "-k", 4, "-o", out) == 0
     before = (out / "selection.json").read_bytes()
@@ -81,6 +87,14 @@ def test_a_signal_leaves_what_was_there(number, code, capture, tmp_path, monkeyp
     assert capsys.readouterr().err == "fsel: interrupted, nothing was written\n" * 2
     assert {path.name for path in tmp_path.iterdir()} == {"capture", "out"}
     assert (out / "selection.json").read_bytes() == before
+
+    def lost(*_):  # as in a library that calls back
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(number)
+
+    monkeypatch.setattr(subset, "write_forms", lost)
+    assert select(capture, "-k", 4, "-o", tmp_path / "late") == code
+    assert capsys.readouterr().err == "fsel: interrupted, after all was written\n"
 
 
 def test_two_runs_write_the_same_bytes_but_for_their_times(capture, tmp_path):

@@ -39,13 +39,15 @@ def test_a_captures_masks_come_with_the_subset(capture, tmp_path, layout):
         assert {path.name for path in (out / folder / "masks").iterdir()} == used
 
 
-def test_an_objects_masks_win_and_frames_without_one_are_black(capture, tmp_path):
+def test_an_objects_masks_win_and_frames_without_one_are_black(capture, tmp_path, capsys):
     image_files.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
     shapes, out = tmp_path / "shapes", tmp_path / "out"
     mask = np.zeros((24, 32), np.uint8)  # half the images' size
     mask[8:16, 10:20] = 255
     image_files.write([mask] * 12, shapes, [f"frame_{2 * i:03d}.png" for i in range(12)])
     assert select(capture, "-k", 8, "--masks", shapes, "-o", out) == 0
+    (said,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("object")]
+    assert {"12", "24"} <= set(said.split())
     back, frames = exported(out, "nerfstudio")
     whole = np.zeros((48, 64), bool)
     whole[16:32, 20:40] = True

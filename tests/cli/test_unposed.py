@@ -1,7 +1,9 @@
 """`fsel select --no-poses`: what it picks, in which order, what it writes and refuses."""
 
 import json
+import re
 import shutil
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -11,7 +13,7 @@ from small_captures import film, run, write_video
 from fsel.features.appearance import descriptors
 
 REFUSED = {"-k 24": "1 to 23", "-k 5 --method fvs": "best_n", "-k auto": "-k 48"}
-REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --cover-s=0.9": "--cover-s"}
+REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --block-s=9": "--block-s"}
 
 
 @pytest.fixture
@@ -48,7 +50,7 @@ def test_the_order_starts_with_what_the_others_resemble_and_is_that_of_the_files
     assert images.shape == (6, 45, 60, 3)
     described = descriptors(images, "lab_hog")
     assert np.argmax((described @ described.T).sum(axis=1)) == 0
-    assert len(list(out.iterdir())) == 4
+    assert len(list(out.iterdir())) == 5
     assert cv2.imread(str(out / "contact_sheet.jpg")).shape == (2 * 96, 3 * 128, 3)
 
 
@@ -59,6 +61,17 @@ def test_a_video_and_photos_of_two_shapes_go_together(photos, tmp_path):
     assert run("select", photos, walk, "--poses", "none", "-k", 12, "-o", out) == 0
     names = (out / "frames.txt").read_text().split()
     assert {name.split("/")[0] for name in names} == {"capture", "walk"}
+
+
+def test_the_page_to_try_runs(photos, tmp_path, monkeypatch):
+    shots = [cv2.imread(str(file)) for file in sorted((photos / "images").iterdir())]
+    page = (Path(__file__).parents[2] / "docs" / "try.md").read_text()
+    words = re.search(r"^!fsel (.* --no-poses .*)$", page, re.MULTILINE)[1]
+    monkeypatch.chdir(tmp_path)
+    write_video(tmp_path / "walk.mp4", shots, code="mp4v")
+    assert run(*words.replace("30", "8").split()) == 0
+    sheet = re.search(r'Image\("(.*)"\)', page)[1]
+    assert cv2.imread(str(tmp_path / sheet)) is not None
 
 
 @pytest.mark.parametrize("words", REFUSED)

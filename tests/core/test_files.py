@@ -17,7 +17,6 @@ from fsel.core.files import (
     digest,
     fingerprint,
     from_arrow,
-    host,
     read_columns,
     repeated,
     stacked,
@@ -52,20 +51,6 @@ def test_tables_carry_units_and_digest(tmp_path):
 
 def test_digests_follow_content_not_order():
     assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1}) != digest({"a": 1, "b": 3})
-
-
-def test_unfinished_files_are_told_apart_by_machine_and_process(tmp_path):
-    """Two jobs of a cluster write one file; what dead processes left here is of none of them."""
-    path = tmp_path / "images.npy"
-    other, unlike = tmp_path / ".node-7.12.images.npy", tmp_path / ".images.npy"
-    left = tmp_path / f".{host()}.999999999.images.npy"
-    for file in (other, unlike, left):
-        file.write_text("half")
-    with atomic(path) as temporary:
-        temporary.write_text("whole")
-        assert temporary.name == f".{host()}.{os.getpid()}.images.npy"
-    assert sorted(tmp_path.iterdir()) == sorted([path, other, unlike])
-    assert path.read_text() == "whole"
 
 
 def test_files_are_known_by_content_and_large_ones_by_size_and_time(tmp_path, monkeypatch):

@@ -212,9 +212,10 @@ def test_gain_is_over_the_strongest_baseline_of_each_cell():
 
 
 def test_figures_of_equal_numbers_are_equal_bytes(tmp_path):
+    facts = {"embedded": ["A"], "real": [], "reconstructor": "splats", "long_side": 32}
     for name in "ab":
         outputs = [tmp_path / f"{name}.pdf", tmp_path / f"{name}.png"]
-        draw({"a": panel(), "b": panel()}, {"d": "Dataset"}, outputs)
+        draw({"a": panel(), "b": panel()}, {"d": "Dataset"}, outputs, facts)
     for form in ("pdf", "png"):
         first, second = ((tmp_path / f"{name}.{form}").read_bytes() for name in "ab")
         assert first == second

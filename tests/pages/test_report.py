@@ -44,13 +44,24 @@ const seen = {
 all('.frame')[3].click();
 seen.shown = [get('name').textContent, get('why').textContent,
   get('picture').src === all('.frame img')[3].src];
-key('k'); key('ArrowLeft'); key('d'); key('ArrowLeft');
+const edge = (at) => getComputedStyle(all('.frame')[at]).borderColor;
+const unmarked = edge(3);
+key('k');
+seen.kept = [get('keep').getAttribute('aria-pressed'), edge(3) !== unmarked];
+key('ArrowLeft'); key('d'); key('ArrowLeft');
 seen.stepped = get('name').textContent;
 get('drop').click(); get('drop').click();  // marked, and not
 all('.frame')[0].click();
 seen.fixed = get('keep').disabled;
 key('k');  // a held-out frame cannot be kept
 seen.command = get('command').textContent;
+get('copy').click();
+seen.copied = String(getSelection()).trim();
+seen.inView = [0, document.body.scrollHeight / 2, document.body.scrollHeight].map((place) => {
+  scrollTo(0, place);
+  const { top, bottom } = get('command').getBoundingClientRect();
+  return top >= 0 && bottom > top && bottom <= innerHeight;
+});
 seen.marked = all('.frame').map((node) => node.classList.contains('keep') ? 'keep'
   : node.classList.contains('drop') ? 'drop' : '');
 const box = get('timeline').getBoundingClientRect();
@@ -138,6 +149,9 @@ def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
     assert seen["stepped"] == names[1]
     assert seen["fixed"] is True
     assert seen["marked"] == ["", "", "drop", "keep", *[""] * 20]
+    assert seen["kept"] == ["true", True]
+    assert seen["inView"] == [True] * 3
+    assert seen["copied"] == seen["command"]
     assert seen["last"] == names[-1]
     assert seen["filtered"] == 7
 
@@ -159,8 +173,10 @@ def test_the_command_of_the_page_does_as_it_says(out, tmp_path):
     assert after == (before | {"frame_003.jpg"}) - {"frame_002.jpg"} != before
     reasons = {entry["name"]: entry["reason"] for entry in record_of(edited)["left"]}
     assert reasons["frame_002.jpg"] == "excluded by never (--never)"
-    marked = "document.querySelectorAll('.keep, .drop').length"
-    assert looked_at(edited / "report.html", 1280, marked, tmp_path) == 1
+    marked = "[document.querySelectorAll('.keep, .drop').length, "
+    marked += "document.querySelector('.lead').textContent]"
+    count, lead = looked_at(edited / "report.html", 1280, marked, tmp_path)
+    assert (count, "--always" in lead, "by fsel" in lead) == (1, True, False)
 
 
 @needs_a_browser
@@ -201,7 +217,7 @@ def test_a_turn_and_a_shift_make_the_speed():
     ("given", "left"),
     [
         ("select a -k 7 --always k.txt --ne=d.txt -o b --force", "select a"),
-        ("select a -k7 --cover 3 --cover-s 0.9 --meth uniform", "select a"),
+        ("select a -k7 --pati 3 --meth uniform", "select a"),
         ("select a -k auto --vram 8GB --trainer gsplat --quiet", "select a --quiet"),
         ("select a --max-error 1 --rate 2", "select a --max-error 1 --rate 2"),
     ],

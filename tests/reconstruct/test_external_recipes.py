@@ -89,7 +89,7 @@ amp_dtype: bf16
     )
     torch.save({"model": {"scale": torch.ones(1)} if weights is None else weights}, folder / "w.pt")
     files = [str(folder / name) for name in ("", "paper.yaml", "default.yaml", "w.pt")]
-    return {"serve": [sys.executable, "{recipes}/long_lrm.py", *files], "timeout": 120}
+    return {"serve": [sys.executable, "{recipes}/long_lrm.py", *files], "timeout": 600}
 
 
 def test_long_lrm_is_given_the_picks_as_its_loader_makes_them(capture, tmp_path, monkeypatch):

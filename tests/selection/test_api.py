@@ -4,13 +4,11 @@ import ast
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
@@ -19,11 +17,8 @@ from fsel.captures.images import previews
 from fsel.captures.images.previews import sharpness
 from fsel.captures.lazy import open_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.selection import budget
 from fsel.selection import select as selection
 from fsel.selection.request import method_of
-from fsel.selection.targets import targets_of
-from fsel.selectors import pretrained
 from fsel.selectors.scorer import Network
 
 
@@ -85,21 +80,6 @@ def test_seeds_matter_to_chance_which_has_no_scores(folder):
     drawn = [fsel.select(capture, 6, method="random", seed=seed) for seed in (0, 0, 1)]
     assert drawn[0].names == drawn[1].names != drawn[2].names
     assert np.isnan(drawn[0].scores).all()
-
-
-def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path():
-    """And the picks are those of the request with that number, off the path too."""
-    problem = random_problem(90, 3)
-    capture = replace(problem.capture, names=tuple(f"{i:03d}.jpg" for i in range(90)))
-    chosen = fsel.select(capture, "auto", patience=0)
-    along = targets_of(capture, None).views.subset(np.round(np.linspace(0, 59, 30)).astype(int))
-    pool, views = np.arange(90), replace(problem, targets=along, candidates=np.arange(90))
-    views = replace(views, targets_unknown=True, proxies=np.arange(30))
-    order = pretrained.method().ranked(views, 90)[0]
-    shift, worth = budget.view_shift(capture, pool, along), budget.shipped_worth()
-    expected = budget.find(shift[order], budget.Auto(), capture.size, worth).frames
-    assert chosen.budget.frames == len(chosen.names) == expected
-    assert chosen.names == fsel.select(capture, expected, patience=0).names
 
 
 def test_methods_with_appearance_take_the_descriptors_given(folder):

@@ -98,9 +98,12 @@ def test_the_time_ends_it_and_is_seen():
     assert seen[0] == (4, 3 + 3 + 3 + 4)
     late = race({"other": 9.0}, 1, TimeBudget(1e-9))
     assert (late.cut, late.fits, late.kept) == (True, 4, EVEN)
+    assert not race({"other": 9.0}, 1, TimeBudget(1e-9, ceiling=np.inf)).cut
 
 
-def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
+@pytest.mark.parametrize(("patience", "fits"), [(3.0, 2 + 1 + 19), (10.0, 2 + 32)])
+def test_only_a_bound_far_above_the_patience_cuts_what_is_planned(patience, fits, monkeypatch):
+    """A second a fit, after the first, which takes a minute to compile: 32 are planned."""
     clock = [1.0]
     monkeypatch.setattr(halving, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
 
@@ -110,7 +113,8 @@ def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
         return np.full((40, 2), 20.0 + np.array_equal(frames, OTHER))
 
     picks = {EVEN: EVENLY, "other": OTHER}
-    assert SuccessiveHalving(score, picks, FRAMES).run(4, TimeBudget(3.0)).fits == 2 + 1 + 4
+    found = SuccessiveHalving(score, picks, FRAMES).run(4, TimeBudget(patience))
+    assert (found.fits, found.cut) == (fits, fits < 2 + 32)
 
 
 def test_any_number_of_threads_gives_the_same_fits_and_choice(monkeypatch):
@@ -171,7 +175,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
     assert rule.tried is None
     assert fsel.select(capture, 5, patience=0).names == rule.names
     assert fsel.select(capture, 5, "every:4").tried is None
-    assert fsel.select(capture, fsel.Auto(0.3)).tried is not None
+    assert fsel.select(capture, fsel.Auto(memory=7 * 32 * 32 * 24)).tried is not None
     assert set(fsel.select(capture, 5, always=[1, 2]).indices) >= {1, 2}
     for stated, said in (
         ({"targets": "orbit"}, "patience is 2 s, but the views to render are given"),

@@ -137,8 +137,10 @@ def test_one_folder_and_the_archives_in_it(tmp_path):
     inner = archive(tmp_path / "inner.zip", {"seq-01/frame.txt": "pose"}).read_bytes()
     members = {"chess/TrainSplit.txt": "sequence1", "chess/seq-01.zip": inner, "fire/x": "other"}
     unpack(archive(tmp_path / "all.zip", members), "chess", tmp_path / "data" / "chess")
-    files = sorted(str(p.relative_to(tmp_path / "data")) for p in tmp_path.glob("data/**/*"))
-    assert files == ["chess", "chess/TrainSplit.txt", "chess/seq-01", "chess/seq-01/frame.txt"]
+    files = sorted(
+        p.relative_to(tmp_path / "data/chess").as_posix() for p in tmp_path.glob("data/*/**/*")
+    )
+    assert files == [".fsel", "TrainSplit.txt", "seq-01", "seq-01/frame.txt"]
     assert (tmp_path / "data/chess/seq-01/frame.txt").read_text() == "pose"
 
 
@@ -180,6 +182,22 @@ def bomb(path):
     return path
 
 
+def packed(path):
+    """Damage amid a member that LZMA packed."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as file:
+        file.writestr("a/x", BODY[:5000])
+    content = bytearray(path.read_bytes())
+    content[60:100] = b"\xff" * 40
+    path.write_bytes(content)
+    return path
+
+
+def named(path):
+    """A name that says of itself to be UTF-8, and is not."""
+    path.write_bytes(archive(path, {"a/ü": "1"}).read_bytes().replace("ü".encode(), b"\xff\xff"))
+    return path
+
+
 @pytest.mark.parametrize(
     ("made", "said"),
     [
@@ -187,17 +205,31 @@ def bomb(path):
         (cut, "all.zip: cannot be unpacked"),
         (damaged, "all.zip: cannot be unpacked"),
         (bomb, "all.zip: cannot be unpacked"),
+        (packed, "all.zip: cannot be unpacked"),
+        (named, "all.zip: cannot be unpacked"),
         (lambda path: archive(path, {"garden/x": "1", "stump/x": "1"}), r"\['garden', 'stump'\]"),
     ],
 )
 def test_a_refused_archive_leaves_the_former_folder(made, said, tmp_path):
-    (tmp_path / "scene").mkdir()
-    (tmp_path / "scene" / "old").write_text("old")
+    unpack(archive(tmp_path / "all.zip", {"a/old": "old"}), "a", tmp_path / "scene")
     path = made(tmp_path / "all.zip")
     with pytest.raises(ValueError, match=said):
         unpack(path, "a", tmp_path / "scene")
-    assert [p.name for p in (tmp_path / "scene").iterdir()] == ["old"]
+    assert {p.name for p in (tmp_path / "scene").iterdir()} == {".fsel", "old"}
     assert {p.name for p in tmp_path.iterdir()} == {"all.zip", "scene"}
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_an_archive_of_more_than_is_allowed_writes_nothing(nested, tmp_path):
+    archive(tmp_path / "all.zip", {"a/x": bytes(3000), "a/y": bytes(1000), "b/z": bytes(9000)})
+    if nested:
+        content = (tmp_path / "all.zip").read_bytes()
+        archive(tmp_path / "all.zip", {"a/in.zip": content})
+    size = 4e-6 + nested * (9e-6 + len(content) / 1e9 if nested else 0)
+    with pytest.raises(ValueError, match=r"zip: unpacks to .* GB; allowed: "):
+        unpack(tmp_path / "all.zip", "a", tmp_path / "scene", most=size - 1e-9)
+    assert [path.name for path in tmp_path.iterdir()] == ["all.zip"]
+    unpack(tmp_path / "all.zip", "a", tmp_path / "scene", most=size + 1e-9)
 
 
 def test_files_of_a_scene_are_compared_with_their_sha256(tmp_path):

@@ -122,10 +122,10 @@ def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):
     assert str(tmp_path / "nowhere") in made.datasets.missing["gone"]
     # a job elsewhere does not see the folder of a run that has it
     config = copy.deepcopy(SMOKE | {"datasets": {"gone": entry}})
-    job = Experiment.load(config, ROOT, asks=False)
+    job = Experiment.load(config, ROOT.joinpath, asks=False)
     assert job.evaluation_scenes == [("gone", "a")]
     config["allow_missing"] = True
-    assert Experiment.load(config, ROOT, asks=False).evaluation_scenes == []
+    assert Experiment.load(config, ROOT.joinpath, asks=False).evaluation_scenes == []
 
 
 def test_frames_that_a_scene_needs():

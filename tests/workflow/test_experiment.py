@@ -23,7 +23,6 @@ def test_scenes_and_problems():
     assert made.problems(1) == ["dl3dv/evaluation00/draw0", "seven_scenes/evaluation00/draw0"]
     assert len(made.problems()) == 4
     assert made.labelled == {"train00": "train", "validation00": "validation"}
-    assert made.budget_scenes == ["dl3dv/train00"]
     assert made.searched_problems() == ["dl3dv/evaluation00/draw0"]
     assert made.labels() == {"dl3dv": "DL3DV", "seven_scenes": "7-Scenes"}
 
@@ -58,7 +57,7 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
     own = ["less_is_more.0.safetensors", "less_is_more_no_appearance.0.safetensors"]
     assert names == [*own, "fsel.0.json", "fsel_rule.0.json"]
-    assert (made.trained, made.labelled, made.budget_scenes) == ("mine", {}, [])
+    assert (made.trained, made.labelled) == ("mine", {})
     with pytest.raises(Refusal, match="no dataset has `train` scenes"):
         scenes.with_labels(made)
     named = {"weights": {"less_is_more": ["own.safetensors"]}}

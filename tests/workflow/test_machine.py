@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fsel.workflow import machine
-from fsel.workflow.machine import LEVEL, PINNED, pinned
+from fsel.workflow.machine import LEVEL, PINNED, WIDE, pinned
 
 SHOWN = """
 import json
@@ -29,7 +29,8 @@ print(json.dumps({
 @pytest.mark.parametrize(
     ("processor", "flags", "found"),
     [
-        ("x86_64", LEVEL | {"avx512f"}, PINNED),
+        ("x86_64", LEVEL | WIDE, PINNED),
+        ("x86_64", LEVEL, {k: v for k, v in PINNED.items() if k != "OPENCV_CPU_DISABLE"}),
         *(("x86_64", LEVEL - {lacking}, {}) for lacking in sorted(LEVEL)),
         ("x86_64", None, PINNED),  # no list of features
         ("aarch64", LEVEL, {}),
@@ -47,11 +48,14 @@ def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):
     monkeypatch.setattr(machine.os, "environ", {"OPENBLAS_CORETYPE": "SkylakeX", "PYTHONPATH": "b"})
     monkeypatch.setattr(machine, "pinned", lambda: PINNED)
     machine.prepare(Path("a"), verbose=True)
-    kept = {**PINNED, "OPENBLAS_CORETYPE": "SkylakeX", "PYTHONPATH": os.pathsep.join("ab")}
+    search = os.pathsep.join([os.path.join("a", "src"), "b"])
+    kept = {**PINNED, "OPENBLAS_CORETYPE": "SkylakeX", "PYTHONPATH": search, "FSEL": "a[workflow]"}
     assert machine.os.environ == {**machine.INHERITED, **kept}
     assert "OPENBLAS_CORETYPE is set to 'SkylakeX'" in capsys.readouterr().err
-    machine.prepare(Path("a"))  # of a job's process
+    machine.prepare(None)  # the installed library, in a job's process
     assert capsys.readouterr().err == ""
+    assert machine.os.environ["PYTHONPATH"] == search
+    assert machine.os.environ["FSEL"].startswith("fsel[workflow]==")
 
 
 @pytest.mark.skipif(not pinned(), reason="the processor is not of x86-64-v3")

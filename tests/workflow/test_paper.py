@@ -24,7 +24,7 @@ def test_a_file_of_roots_goes_over_the_paper_s_config():
         for name in ("paper", "paper_data")
     )
     update_config(config, roots)
-    missing = Experiment.load(config, ROOT).datasets.missing
+    missing = Experiment.load(config, ROOT.joinpath).datasets.missing
     assert list(missing) == list(roots["datasets"]) == list(config["datasets"])
     assert all("(no folder /data/" in reason for reason in missing.values())
 
@@ -35,7 +35,7 @@ def test_captures_may_be_fetched_as_their_owners_lay_them_out():
         for name in ("captures", "fetched_captures")
     )
     update_config(config, fetched)
-    datasets = Experiment.load(config, ROOT).datasets
+    datasets = Experiment.load(config, ROOT.joinpath).datasets
     fox = SimpleNamespace(dataset="fox", scene="fox")
     assert datasets.raw_capture(fox) == "<results>/data/fox/fox"
     archive = SimpleNamespace(archive=datasets.archive_of(fox).removeprefix("<downloads>/"))
@@ -68,7 +68,7 @@ def test_the_paper_leaves_out_what_cannot_be_made_and_says_why(capsys):
     assert "<figures>/qualitative_dl3dv.pdf" in paths
     assert not any("transfer" in path or "reconchoice" in path for path in paths)
     said = capsys.readouterr().err
-    assert "paper: of 17 tables and figures" in said
+    assert "paper: of 16 tables and figures" in said
     assert "  not made: transfer: transfer.budgets has [7], which are not among" in said
     assert "  not made: pose_sources: pose_sources.dataset is None" in said
 

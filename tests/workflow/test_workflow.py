@@ -34,7 +34,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-STUDIES = ("economy", "selection_time", "speed_error", "stability")
+STUDIES = ("selection_time", "speed_error", "stability")
 
 
 def test_studies_are_made_when_asked_for(tmp_path, usual):
@@ -43,7 +43,7 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
     for name in (*STUDIES, "speed_settings"):
         assert asked[name] == 1, name
     assert usual["ksweep"] == 1
-    assert not {*STUDIES, "speed_settings", "fit_budget"} & set(usual)
+    assert not {*STUDIES, "speed_settings"} & set(usual)
     alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
     assert set(alone) - {"total"} == {"stability"}
 
@@ -74,12 +74,11 @@ def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tm
 
 def test_its_tables_lie_in_a_folder_of_its_name_and_are_of_the_same_picks(tmp_path):
     config = changed(tmp_path, reconstruction=[FIRST, SECOND, SECOND | {"as": "g.2"}])
-    names = ["candidate_pools", "ga_vs_learned", "feature_sweep", "scorer_arch", "ksweep"]
+    names = ["ga_vs_learned", "feature_sweep", "scorer_arch", "ksweep"]
     wanted = [*(f"g.2/{name}.tex" for name in names), "gaussians/handsign.tex"]
     asked = planned(dry_run(tmp_path, config, *(f"results/smoke/tables/{w}" for w in wanted)))
     assert asked["evaluate"] == 4
-    assert asked["handsign"] == asked["candidate_pools"] == asked["ksweep"] == 1
-    assert asked["evaluate_candidate_pools"] == asked["select_candidate_pools"] == 2
+    assert asked["handsign"] == asked["ksweep"] == 1
     assert asked["evaluate_searched"] == asked["search_oracle"] == 1
     unknown = dry_run(tmp_path, config, "results/smoke/tables/other/ksweep.tex")
     assert "MissingRuleException" in unknown.stdout + unknown.stderr

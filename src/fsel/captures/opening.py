@@ -7,7 +7,6 @@ import json
 import math
 import shutil
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,27 +15,29 @@ import numpy as np
 from fsel.captures.canonical import in_order, ingest
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.estimator import OWN, Estimator, program
+from fsel.captures.colmap.estimator import Estimator, program
 from fsel.captures.colmap.runs import MIN_PLACED, Work, plan
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
-from fsel.captures.poses import placement, positions
+from fsel.captures.parsing import read_json
+from fsel.captures.poses import kept, placement, positions
+from fsel.captures.poses.kept import CAPTURE, FOUND, LOCK, MATCHING
 from fsel.captures.poses.placement import SHOWN, first_of, notes
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.captures.sampling import Source, looked_at, take
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, threads
-from fsel.core.names import distinct
+from fsel.core.names import check_utf8, distinct
 from fsel.core.wording import counted
 
-CAPTURE, FOUND, LOCK = "capture", "poses.json", "lock"
 UNREAD = (*image_files.HEIC, *bare.RAW, ".avif", ".webp", ".tif", ".tiff", ".bmp")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "progress is saved; run the same command again to resume"
-MADE = 7  # of what is kept: counted up where the same files are placed otherwise than before
+MADE = 8  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Opening:
     paths: tuple[Path, ...]  # a capture's folder; or videos and folders of photos of one scene
     poses: str = "layout"  # or `colmap`
     features: str | None = None  # what COLMAP matches; None for SIFT
+    pose_time: float | None = None  # seconds for finding poses, see `SearchTime`
     by: tuple[str, ...] = ()  # commands of the program that finds poses; empty for COLMAP
     pose_masks: str | None = None  # folder of masks that COLMAP keeps features to
     mask_by: tuple[str, ...] = ()  # commands of the program that makes such masks
@@ -72,9 +74,10 @@ def opened(
     sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
     if not filmed and (opening.video_frames or opening.rate or opening.start or opening.end):
         raise ValueError(f"{first}: is no video, as --video-frames, --rate, --start and --end need")
-    if (opening.features or opening.pose_masks) and not sought:
-        what = "--features" if opening.features else "--masks poses:DIR"
-        raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: --poses colmap")
+    of_poses = {"--features": opening.features, "--masks poses:DIR": opening.pose_masks}
+    of_poses["--pose-time"] = str(opening.pose_time or "")
+    if (what := next((name for name, value in of_poses.items() if value), "")) and not sought:
+        raise ValueError(f"{first}: {what} is for poses by COLMAP. Hint: `poses=colmap`")
     if not sought:
         with reporter.clock("reading"):
             capture = open_capture(
@@ -89,7 +92,6 @@ def opened(
     place, found = found_poses(opening, reporter)
     _check_number(opening, found)
     capture = open_capture(place / CAPTURE, "colmap", long_side, opening.max_error)
-    # as a person knows it, not as the cache does
     known = f"colmap at {', '.join(str(path) for path in opening.paths)}"
     return replace(capture, capture=replace(capture.capture, source=known), found=found)
 
@@ -110,10 +112,11 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     by, kind = program(opening.by, "by"), opening.features or features.SIFT
     masks = _masks(opening)
     sources, sampling = _sources(opening, reporter)
-    place = cache() / _digest(sources, sampling, by, kind, masks)
+    place = cache() / _digest(sources, sampling, by, kind, masks, opening.pose_time)
     place.mkdir(parents=True, exist_ok=True)
-    with locked(place / LOCK):
-        if not (place / FOUND).is_file():
+    with kept.locked(place / LOCK):
+        report = kept.found_in(place, reporter)
+        if report is None:
             if not features.fetched(kind):
                 reporter.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
@@ -122,17 +125,14 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
                 reporter.say("plan", said)
             if not opening.skip_unreadable:
                 check_pixels([photo for source in sources for photo in source.photos])
-            work = Work(place / "matching", watch=reporter.bar, by=by, features=kind, masks=masks)
-            try:
-                found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
-            except KeyboardInterrupt:
-                reporter.warn(KEPT)
-                raise
+            work = Work(place / MATCHING, watch=reporter.bar, by=by, features=kind, masks=masks)
+            work = replace(work, time=SearchTime(opening.pose_time))
+            found = _placed(sources, sampling, place, work, reporter)
             paths = [str(source.path) for source in sources]
             stated = {"sources": paths, "settings": sampling.stated}
-            shutil.rmtree(place / "matching")
+            shutil.rmtree(place / MATCHING)
             write_text(json.dumps(stated | found, indent=1), place / FOUND)  # last
-    report = {"by": OWN} | json.loads((place / FOUND).read_text(encoding="utf-8"))
+            report = read_json(place / FOUND)
     reporter.say(
         "poses", f"{report['by']} placed {len(report['placed'])} of {report['frames']} frames"
     )
@@ -142,6 +142,24 @@ def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     for note in notes(report):
         reporter.warn(note + hint)
     return place, report
+
+
+def _placed(
+    sources: Sequence[Source], sampling: video.Sampling, place: Path, work: Work, reporter: Reporter
+) -> dict:
+    """Place the frames, anew where what a run that was cut off left is damaged."""
+    begun = (place / CAPTURE).is_dir()
+    try:
+        return placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
+    except KeyboardInterrupt:
+        reporter.warn(KEPT)
+        raise
+    except (OSError, ValueError, RuntimeError) as error:
+        kept.check_room(place)
+        if not (begun and isinstance(error, RuntimeError)):  # COLMAP's for its database
+            raise
+        kept.clear(place, error, reporter)
+    return _placed(sources, sampling, place, work, reporter)
 
 
 def unposed(opening: Opening, folder: Path, reporter: Reporter = SILENT) -> LazyCapture:
@@ -216,7 +234,7 @@ def _sources(opening: Opening, reporter: Reporter) -> tuple[list[Source], video.
     if len({source.panoramic for source in sources}) > 1:
         raise ValueError(f"{paths[0]}: panoramas (2:1) and other images cannot be placed together")
     if opening.views and not sources[0].panoramic:
-        raise ValueError(f"{paths[0]}: views (--views) are of panoramas (2:1); it is none")
+        raise ValueError(f"{paths[0]}: `views=True` is for panoramas (2:1); it is none")
     if sources[0].panoramic and opening.by:
         raise ValueError(f"{paths[0]}: is a 360-degree panorama, which --by does not support")
     for path in (source.path for source in sources if source.filmed and video.is_hdr(source.path)):
@@ -238,6 +256,8 @@ def _photos(source: Path, opening: Opening, reporter: Reporter) -> tuple[Path, .
         raise ValueError(f"{source}: {why}{bare.explained(source)}")
     readable = (*bare.ENDINGS, *image_files.HEIC) if image_files.reads_heic() else bare.ENDINGS
     files = bare.find(source, readable)
+    for file in files:
+        check_utf8(file)
     if opening.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, reporter)
@@ -266,6 +286,7 @@ def _digest(
     by: Estimator | None,
     kind: str,
     masks: Path | Estimator | None,
+    limit: float | None,
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
@@ -274,13 +295,6 @@ def _digest(
     names = [source.name for source in sources]
     made: list = [by.by] if by else [kind] if kind != features.SIFT else []
     made += ["masks", masks.by] if isinstance(masks, Estimator) else []
+    made += ["time", limit] if limit else []
     known = json.dumps([stamps, names, sampling.stated, pycolmap.__version__, MADE, *made])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
-
-
-def locked(path: Path, seconds: float = -1) -> AbstractContextManager:
-    """A block that begins when no other process is within one of the same file; `TimeoutError`
-    after some seconds, unless below 0."""
-    from filelock import FileLock  # here: most captures have their poses
-
-    return FileLock(path, seconds)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 import os
+import zlib
 from collections.abc import Iterable
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -12,6 +14,7 @@ from typing import Any
 import numpy as np
 
 SINGULAR = 1e-9  # least determinant of a transform that can be undone
+GZIP = b"\x1f\x8b"  # how a compressed file begins
 LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 
 
@@ -36,13 +39,26 @@ def read_text(path: Path) -> str:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Parse a JSON object, naming the file when that fails."""
-    try:
-        content = json.loads(regular(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not readable as JSON ({error})") from error
+    content = _parsed(path)
     if not isinstance(content, dict):
         raise ValueError(f"{path}: expected a JSON object, got {type(content).__name__}")
     return content
+
+
+def read_json_list(path: Path) -> list[dict[str, Any]]:
+    """Parse a list of JSON objects, perhaps gzipped, naming the file when that fails."""
+    content = _parsed(path)
+    if not isinstance(content, list) or not all(isinstance(entry, dict) for entry in content):
+        raise ValueError(f"{path}: expected a JSON list of objects")
+    return content
+
+
+def _parsed(path: Path) -> object:
+    try:
+        content = regular(path).read_bytes()
+        return json.loads(gzip.decompress(content) if content[:2] == GZIP else content)
+    except (OSError, EOFError, ValueError, RecursionError, zlib.error) as error:
+        raise ValueError(f"{path}: not readable as JSON ({error})") from error
 
 
 def read_matrix(path: Path) -> np.ndarray:
@@ -89,6 +105,11 @@ def number(value: object, path: Path, what: str) -> float:
     if not math.isfinite(scalar):
         raise ValueError(f"{path}: {what} must be finite, got {scalar}")
     return scalar
+
+
+def stated(entry: object, key: str, path: Path, where: str = "") -> float:
+    """Return a finite number of a JSON object, naming file and field when it is none."""
+    return number(member(entry, key, path, where), path, f"{where + ': ' if where else ''}{key}")
 
 
 def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:

@@ -159,7 +159,8 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         what = f"is a file, not a folder with images and poses{bare.explained(folder)}"
         raise ValueError(f"{folder}: {what}")
     if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
+        none = "no such file" if folder.suffix else "no such folder"
+        raise FileNotFoundError(f"{folder}: {'is a device or pipe' if folder.exists() else none}")
     if layout != "auto":
         _allowed("layout", layout, ("auto", *LAYOUTS))
         return LAYOUTS[layout]
@@ -233,7 +234,7 @@ def validated(
         raise ValueError(
             f"{source}: {agreement}; allowed is a median of "
             f"{max_error * agreement.long_side:.1f}. Likely cause: {agreement.cause}. Hint: "
-            "`max_error` (--max-error) sets the limit"
+            "`max_error=SHARE` sets the limit"
         )
     return raw, agreement
 
@@ -273,7 +274,7 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     if missing:  # before any is opened: a capture may have a million
         raise ValueError(
             f"{missing[0]}: image file is missing ({len(missing)} in all). Hint: "
-            "`skip_unreadable` (--skip-unreadable) leaves such frames out"
+            "`skip_unreadable=True` leaves such frames out"
         )
     sizes = in_turn(lambda at: image_files.size_of(files[at][0]), [file for file, _ in files])
     first = frame = common_frame(raw.cameras, long_side)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,6 +16,7 @@ from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.files import Video, VideoFrame
+from fsel.captures.parsing import read_json
 from fsel.captures.quality import duplicates
 from fsel.core.files import write_text
 from fsel.core.subsets import evenly
@@ -23,6 +25,7 @@ from fsel.core.wording import counted
 IMAGES, TAKEN = "images", "taken.json"
 DENSER = 3.0  # times as many frames a second, where some were not placed
 LOOKED, FIRST = 5, 75  # images that say if they show all directions; frames that they are of
+STEP, SHORTER = 0.04, 0.9  # of the longer side that frames are apart; where too few are
 THUMBNAIL = 96  # pixels of the longer side of images that are compared with their neighbours
 Say = Callable[[str, str], None]
 
@@ -85,16 +88,24 @@ class SampledFrames:
         }
         write_text(json.dumps(asdict(self) | {"shots": rows}), folder / TAKEN)
 
+    @classmethod
+    def of(cls, path: Path) -> SampledFrames:
+        """Read what was stored; RuntimeError for a damaged file."""
+        try:
+            content = read_json(path)
+            shots = content.pop("shots").items()
+            shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
+            return cls(shots, **content)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise RuntimeError(f"{path}: not what fsel stored ({error})") from error
+
 
 def take(
     sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
 ) -> SampledFrames:
     """Put frames and photos of the sources into images/, unless an earlier run has done so."""
     if (folder / TAKEN).is_file():
-        content = json.loads((folder / TAKEN).read_text(encoding="utf-8"))
-        shots = content.pop("shots").items()
-        shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
-        return SampledFrames(shots, **content)
+        return SampledFrames.of(folder / TAKEN)
     taken = SampledFrames({}, {}, 0, [], start=sampling.start)
     for source in sources:
         images = folder / IMAGES / source.name
@@ -111,12 +122,16 @@ def take(
             shots = video.thin(source.path, images, pace, within=part, progress=watch)
             moving = _moving(source, shots, images)
         still = len(shots) - len(moving)
+        if sampling.free:
+            moving = _overlapping(moving, images, sampling.least)
         taken.shots[source.name], taken.paces[source.name] = moving, pace
         taken.ends[source.name] = shots[-1].seconds
         taken.still += still
         said = f"the sharpest frame in each of {len(shots)} intervals of {source.path.name}"
-        left_out = f"; dropped {counted(still, 'frame')} that repeat others" if still else ""
-        say("video", said + left_out)
+        said += f"; dropped {counted(still, 'frame')} that repeat others" if still else ""
+        near = len(shots) - still - len(moving)
+        said += f"; {len(moving)} taken, which overlap enough" if near else ""
+        say("video", said)
     taken.save(folder)
     return taken
 
@@ -139,19 +154,14 @@ def _moving(
     source: Source, shots: list[video.SampledFrame], images: Path
 ) -> list[video.SampledFrame]:
     """Return frames that differ from the one before them; the files of the others are removed."""
-    small = []
-    for shot in shots:
-        image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)
-        scale = THUMBNAIL / max(image.shape)
-        small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
-    keep = duplicates(np.array(small)) if shots else np.empty(0, bool)
+    keep = duplicates(_thumbnails(shots, images)) if shots else np.empty(0, bool)
     moving = [shot for shot, kept in zip(shots, keep, strict=True) if kept]
     for shot in set(shots) - set(moving):
         (images / shot.name).unlink()
     if len(shots) < video.FEWEST:
         raise ValueError(
             f"{source.path}: yields {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
-            "needed. Hint: --video-frames or --rate sample more frames"
+            "needed. Hint: `video_frames=N` or `rate=N` samples more frames"
         )
     if len(moving) < video.FEWEST:
         raise ValueError(
@@ -159,6 +169,43 @@ def _moving(
             f"previous one: {STANDS}"
         )
     return moving
+
+
+def _thumbnails(shots: list[video.SampledFrame], images: Path) -> np.ndarray:
+    small = []
+    for shot in shots:
+        image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)
+        scale = THUMBNAIL / max(image.shape)
+        small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
+    return np.array(small)
+
+
+def _overlapping(
+    shots: list[video.SampledFrame], images: Path, least: int
+) -> list[video.SampledFrame]:
+    """Return the sharpest frame of each stretch in which the image moves by `STEP`, of shorter ones
+    where that leaves fewer than some; the files of the others are removed."""
+    if len(shots) <= least:
+        return shots
+    small, step = _thumbnails(shots, images), STEP
+    shares = [motion(one, other) for one, other in itertools.pairwise(small)]
+    moved = np.concatenate([[0.0], np.cumsum(shares)])
+    while len(np.unique(moved // step)) < least:
+        step *= SHORTER
+    best: dict[float, video.SampledFrame] = {}
+    for shot, stretch in zip(shots, (moved // step).tolist(), strict=True):
+        if stretch not in best or shot.sharpness > best[stretch].sharpness:
+            best[stretch] = shot
+    for shot in set(shots) - set(best.values()):
+        (images / shot.name).unlink()
+    return list(best.values())
+
+
+def motion(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the median motion of the pixels of two (h, w) uint8 grey images, as a share of the
+    longer side, by Farnebäck's optical flow (2003), which is the same on any number of threads."""
+    flow = cv2.calcOpticalFlowFarneback(one, other, None, 0.5, 3, 15, 3, 5, 1.2, 0)
+    return float(np.median(np.hypot(*flow.reshape(-1, 2).T))) / max(one.shape)
 
 
 def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from contextlib import contextmanager
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
     from types import FrameType
 
 REFUSED = 1
-INTERRUPTED = 130
 FULL = (errno.ENOSPC, errno.EDQUOT)
-SAID = "fsel: interrupted, nothing was written"
+ARGUMENT = re.compile(r"`(\w+)=(\w+)`")  # of Python, in messages of the library
+SAID, LATE = "fsel: interrupted, nothing was written", "fsel: interrupted, after all was written"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,38 +45,54 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: Namespace, interruption: Interruption) -> int:
     try:
         command = import_module(f"fsel.cli.{args.command}")
-        from fsel.cli.console import Console
-        from fsel.core.limits import set_threads
+        from fsel.cli.console import Compiling, Console
+        from fsel.core.limits import WHEN_COMPILED, set_threads
 
         if getattr(args, "threads", None):
             set_threads(args.threads)
         interruption.working = True
-        command.run(args, Console(args.quiet, args.json))
+        console = Console(args.quiet, args.json)
+        WHEN_COMPILED[:] = [Compiling(console)]
+        command.run(args, console)
+        interruption.working, interruption.said = False, LATE
     except BaseException as error:
         interruption.working = False
         if interruption.number or isinstance(error, KeyboardInterrupt):
             print(SAID, file=sys.stderr)
-            return 128 + interruption.number if interruption.number else INTERRUPTED
+            return 128 + (interruption.number or signal.SIGINT)
         if not isinstance(error, ValueError | OSError | MemoryError | ImportError):
             raise
         print(f"fsel: {_in_words(error, args)}", file=sys.stderr)
         return REFUSED
+    if interruption.number:  # a library lost it
+        print(LATE, file=sys.stderr)
+        return 128 + interruption.number
     return 0
 
 
 def _in_words(error: Exception, args: Namespace) -> str:
     """Return one line that names a file."""
+    from fsel.cli.console import STANDARD_OUTPUT
+    from fsel.core.files import cache
+
     read = getattr(args, "capture", None) or getattr(args, "out", None)
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(args, "out", None) or read
-        if error.errno in FULL:  # a copy's error has the name of what was read
+        full = str(error.filename2 or named)  # where a copy is written to
+        if error.errno in FULL and not full.startswith((STANDARD_OUTPUT, str(cache()))):
             named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{read}: does not fit in memory"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
         return f"{read}: the cameras' poses are degenerate ({error})"
-    return " ".join(str(error).split("\n"))
+    return ARGUMENT.sub(_as_option, " ".join(str(error).split("\n")))
+
+
+def _as_option(argument: re.Match) -> str:
+    """Return the option that an argument of Python is on the command line."""
+    value = "" if argument[2] == "True" else f" {argument[2]}"
+    return f"--{argument[1].replace('_', '-')}{value}"
 
 
 class Interruption:
@@ -88,6 +105,7 @@ class Interruption:
     def __init__(self) -> None:
         self.number = 0  # of the signal
         self.working = False  # whether there is anything to clear up
+        self.said = SAID
 
     def __enter__(self) -> Interruption:
         signals = (signal.SIGINT, signal.SIGTERM)
@@ -104,7 +122,7 @@ class Interruption:
         self.number = number
         if self.working:
             raise KeyboardInterrupt
-        print(SAID, file=sys.stderr, flush=True)
+        print(self.said, file=sys.stderr, flush=True)
         os._exit(128 + number)
 
 

@@ -15,7 +15,7 @@ from fsel.core.subsets import evenly
 from fsel.selection.blocks import blocks_of
 from fsel.selection.request import SelectionRequest
 
-ALONE = ("targets", "method", "weights", "always", "never", "cover", "masks", "box")  # no blocks
+ALONE = ("targets", "method", "weights", "always", "never", "masks", "box")  # no blocks
 
 
 def vet(args: argparse.Namespace) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import shutil
 from pathlib import Path
 
-from fsel.captures.opening import FOUND, LOCK, locked
+from fsel.captures.parsing import read_json
+from fsel.captures.poses.kept import FOUND, LOCK, locked
 from fsel.cli.console import Console
 from fsel.core.files import cache
 
@@ -21,7 +21,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     folder, entries, total = cache(), [], 0
     inside = folder.iterdir() if folder.is_dir() else ()
     for path in sorted(path for path in inside if OURS.fullmatch(path.name)):
-        files = [path, *path.rglob("*")]
+        files = [path, *([] if path.is_symlink() else path.rglob("*"))]
         size = sum(file.lstat().st_size for file in files)  # of links, not of what they lead to
         entries.append({"name": path.name, "bytes": size, "of": _source(path)})
         console.say(f"{size / 1e6:.1f} MB", f"{path.name}  {entries[-1]['of']}")
@@ -36,14 +36,16 @@ def run(args: argparse.Namespace, console: Console) -> None:
 def _source(path: Path) -> str:
     """Say what an entry is, where its name does not."""
     if (path / FOUND).is_file():
-        found = json.loads((path / FOUND).read_text(encoding="utf-8"))
-        return f"poses of {', '.join(found['sources'])}"
+        try:
+            return f"poses of {', '.join(read_json(path / FOUND)['sources'])}"
+        except (ValueError, KeyError, TypeError):
+            return "poses, damaged"
     return "poses, unfinished" if (path / LOCK).is_file() else ""
 
 
 def _remove(path: Path, console: Console) -> None:
     """Remove an entry, unless another process is at work in it."""
-    if path.is_file():
+    if path.is_symlink() or not path.is_dir():
         path.unlink()
         return
     try:
@@ -51,3 +53,5 @@ def _remove(path: Path, console: Console) -> None:
             shutil.rmtree(path)
     except TimeoutError:
         console.warn(f"{path}: is in use and is kept")
+    except OSError:  # no lock can be made there, as on a full disk
+        shutil.rmtree(path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,16 +26,17 @@ from fsel.core.threads import side_by_side
 from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
+from fsel.evaluation.statistics import Interval
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.selection.focus import Focus, focus_of, outlines
 from fsel.selection.problem import measured, request_problem
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
 from fsel.selection.select import select_frames, without_bad
 from fsel.selection.targets import Targets
+from fsel.selectors.pretrained import DEFAULT
 
 PICTURES, FEWEST = 600, 6  # renderings on the page at most, of so many held-out frames at least
 QUALITY = 92  # of the page's JPEGs
-STARRED = "*: significant by the paired 95 % interval over held-out frames."
 SIDE_BY_SIDE = ("splats", "gaussians", "radiance_field")  # whose fits leave one another alone
 COARSE, FINE = "splats", "gaussians"  # the order of the first need not be that of the second
 ORDER = " It may order close selections differently: to decide, use --reconstructor gaussians."
@@ -47,11 +49,14 @@ Picks = dict[Cell, list[np.ndarray]]
 def _tried(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """(k,) frames that `fsel select -k` picks of the pool: it does not know the targets."""
     pool = problem.observed
-    request = SelectionRequest(problem.capture.subset(pool), k, keep_bad=True)
-    return pool[select_frames(checked_request(request)).selection.indices]
+    checked = checked_request(SelectionRequest(problem.capture.subset(pool), k, keep_bad=True))
+    # to the end, however slow the machine: the table is the same on each
+    checked = replace(checked, patience=replace(checked.patience, ceiling=np.inf))
+    return pool[select_frames(checked).selection.indices]
 
 
 TRIED = Method("tried", "Tried", "observed", nested=False, select=_tried)
+RUN = {TRIED.name: "fsel select", DEFAULT: "fsel select --targets"}  # what a person runs
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -112,11 +117,13 @@ def _how(args: argparse.Namespace, capture: Capture, methods: Sequence[Method]) 
     width, height = capture.size
     how = f"Reconstructed by {args.reconstructor} and scored at {width}x{height} pixels."
     how += ORDER if args.reconstructor == COARSE else ""
-    given = [method.name for method in methods if method.aimed]
-    others = [name for name in args.methods if name not in given]
+    given = [RUN.get(method.name, method.name) for method in methods if method.aimed]
+    others = [RUN.get(m.name, m.name) for m in methods if not m.aimed]
     how += f" The cameras of the held-out frames are known to {', '.join(given) or 'no method'}"
     how += f", not to {', '.join(others)}." if given and others else "."
-    return how + (f" {TRIED.name} is what fsel select -k does." if TRIED in methods else "")
+    return how + (
+        f" {RUN[TRIED.name]} made its trials without a limit of time." if TRIED in methods else ""
+    )
 
 
 def _checked(
@@ -220,6 +227,7 @@ def _compared(
         },
         blurred=np.isin(evaluator.frames, blurred),
         shape=width / height,
+        labels=RUN,
     )
 
 
@@ -246,13 +254,19 @@ def _content(args: argparse.Namespace, compared: Compared, capture: Capture, pic
 
 def _table(compared: Compared, rows: list[dict]) -> str:
     """Return the metrics as text, a row for each method and k, and how far the first is ahead."""
-    first, wide = compared.methods[0], max(map(len, compared.methods))
-    ahead = "" if len(compared.methods) == 1 else f"  {first} ahead, dB"
+    first, labels = compared.methods[0], list(map(compared.label, compared.methods))
+    wide = max(map(len, labels))
+    ahead = "" if len(labels) == 1 else f"  {labels[0]} ahead, dB"
     lines = [f"{'k':>4}  {'method':{wide}}  {heading(compared.metrics)}{ahead}"]
     for row, (cell, budgets) in zip(rows, compared.rows.items(), strict=True):
-        line = f"{cell[0]:4d}  {cell[1]:{wide}}  {columns(row, compared.metrics)}"
-        gaps = [compared.ahead(k, cell[1]) for k in budgets if cell[1] != first]
-        cells = [f"{gap.mean:+.2f}{'*' if gap.excludes_zero else ''}" for gap in gaps]
+        label = f"{compared.label(cell[1]):{wide}}"
+        line = f"{cell[0]:4d}  {label}  {columns(row, compared.metrics)}"
+        cells = [_gap(compared.ahead(k, cell[1])) for k in budgets if cell[1] != first]
         lines.append(f"{line}  {' / '.join(cells)}".rstrip())
-    starred = [STARRED] if any("*" in line for line in lines) else []
-    return "\n".join([*lines, *starred, compared.how, verdict(compared), ""])
+    return "\n".join([*lines, compared.how, verdict(compared), ""])
+
+
+def _gap(gap: Interval) -> str:
+    """Return a lead in dB with its 95 % interval, where there is one."""
+    interval = "" if np.isnan(gap.low) else f" ({gap.low:+.2f} to {gap.high:+.2f})"
+    return f"{gap.mean:+.2f}{interval}"

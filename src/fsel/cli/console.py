@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -11,8 +12,11 @@ from dataclasses import dataclass
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
 from fsel.core.files import json_text
+from fsel.core.wording import counted
 
+STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
+COMPILING = 3.0  # seconds of compiling before it is told, and each time that they are fourfold
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
 
@@ -30,7 +34,7 @@ class Console(Reporter):
     def text(self, block: str) -> None:
         """Print lines on standard output, as they are."""
         if not (self.quiet or self.as_json):
-            print(block, end="", flush=True)
+            _print(block)
 
     def warn(self, text: str) -> None:
         """Print a line on standard error."""
@@ -40,7 +44,7 @@ class Console(Reporter):
     def give(self, result: dict) -> None:
         """Print the result, for scripts that take it."""
         if self.as_json:
-            print(json_text(result))
+            _print(json_text(result) + "\n")
 
     @contextmanager
     def clock(self, label: str) -> Iterator[None]:
@@ -54,40 +58,24 @@ class Console(Reporter):
             yield
 
     @contextmanager
-    def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """Yield a function of steps made, all steps and the loss, which shows them as a bar."""
+    def steps(self, label: str, unit: str = "step") -> Iterator[Callable[..., None]]:
+        """Yield a function of steps made, all steps and, if known, the loss: a bar."""
         if self.quiet:
-            yield lambda made, count, loss: None
+            yield lambda made, count, loss=None: None
             return
         if self.silent:
             report = _Report(label)
-            yield lambda made, count, loss: report(made, count)
+            yield lambda made, count, loss=None: report(made, count)
             return
         from tqdm import tqdm
 
-        with tqdm(desc=label, delay=PATIENCE, leave=False, unit="step") as shown:
+        with tqdm(desc=label, delay=PATIENCE, leave=False, unit=unit) as shown:
 
-            def advance(made: int, count: int, loss: float) -> None:
+            def advance(made: int, count: int, loss: float | None = None) -> None:
                 shown.total = count
-                shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
+                if loss is not None:
+                    shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
                 shown.update(made - shown.n)
-
-            yield advance
-
-    @contextmanager
-    def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
-        """Yield a function of the seconds gone, of `most`, and a word beside them: a bar."""
-        if self.silent:
-            yield lambda gone, word: None
-            return
-        from tqdm import tqdm
-
-        form = "{desc}: {n:.0f} of {total:.0f} s {bar} {postfix}"
-        with tqdm(desc=label, total=most, leave=False, bar_format=form) as shown:
-
-            def advance(gone: float, word: str) -> None:
-                shown.set_postfix_str(word, refresh=False)
-                shown.update(min(gone, most) - shown.n)
 
             yield advance
 
@@ -107,6 +95,15 @@ class Console(Reporter):
         return self.quiet or not sys.stderr.isatty()
 
 
+def _print(text: str) -> None:
+    """Print on standard output; what cannot be printed is dropped when the process ends, too."""
+    try:
+        print(text, end="", flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise OSError(error.errno, error.strerror, STANDARD_OUTPUT) from error
+
+
 class _Report:
     """A line on standard error now and then of how far a long loop is."""
 
@@ -123,3 +120,18 @@ class _Report:
         for made, item in enumerate(items, 1):
             yield item
             self(made, count)
+
+
+class Compiling:
+    """A line on standard error now and then while functions are compiled, where that is long."""
+
+    def __init__(self, console: Console) -> None:
+        self.console, self.functions, self.seconds, self.told = console, 0, 0.0, COMPILING
+
+    def __call__(self, seconds: float) -> None:
+        """Count a function that was compiled."""
+        self.functions, self.seconds = self.functions + 1, self.seconds + seconds
+        if self.seconds >= self.told and not self.console.quiet:
+            self.told = 4 * self.seconds
+            said = f"{counted(self.functions, 'function')} in {self.seconds:.0f} s so far"
+            print(f"fsel: compiling for this machine, once: {said}", file=sys.stderr, flush=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,11 @@ from fsel.core.geometry import lengths
 from fsel.core.names import natural
 from fsel.core.wording import counted
 from fsel.selection import bad_frames
-from fsel.selection.api import select
+from fsel.selection.budget import LEAST, Auto, find
 from fsel.selection.export.record import reason
 from fsel.selection.focus import scene_bounds
 from fsel.selection.paths import attention
-from fsel.selection.request import AUTO, LEAST_FRAMES
+from fsel.selection.request import LEAST_FRAMES
 from fsel.selection.scene_depth import viewing_distance
 
 
@@ -62,15 +63,16 @@ def run(args: argparse.Namespace, console: Console) -> None:
         console.say(*line)
     if not health.findings:
         console.say("bad", "no frames")
+    console.text(f"{table}\n" if (table := result["how_many"]) else "")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
-    console.give(result | {"agreement": str(opened.agreement)})
+    known = {"agreement": str(opened.agreement), "how_many": table and asdict(table)}
+    console.give(result | known)
 
 
 def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
     """Return the report that the command prints, of a capture, the same with its points."""
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
-    keep, enough = _worth_keeping(capture, health)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     looked_at = None  # where the cameras look at no common point
     with suppress(ValueError):
@@ -89,19 +91,18 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
         "bounds": scene_bounds(capture).tolist(),
         "looked_at": looked_at,
         "bad": bad_frames.entries(health, capture.names),
-        "worth_keeping": keep,
-        "enough": enough,
+        **_enough(capture, health),
     }
 
 
-def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
-    """Return the names of the frames that `fsel select -k auto` keeps, and why so many."""
-    if len(capture) < LEAST_FRAMES:
-        return list(capture.names), f"all {len(capture)} frames: too few to select from"
-    bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
-    chosen = select(capture, AUTO, never=bad, keep_bad=True)
-    budget = chosen.budget
-    return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
+def _enough(capture: Capture, health: Health) -> dict:
+    """Return how many frames `fsel select -k auto` keeps, in words, and what others lose."""
+    count = len(capture)
+    if count < LEAST_FRAMES:
+        return {"enough": f"all {count} frames: too few to select from", "how_many": None}
+    bad = health.leaving_out(np.arange(count), count - LEAST).left_out
+    budget = find(Auto(), count - len(bad), capture.size)
+    return {"enough": reason(budget), "how_many": budget.table}
 
 
 def _unregistered(opened: LazyCapture) -> list[str]:

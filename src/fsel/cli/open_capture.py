@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +13,12 @@ import numpy as np
 from fsel.captures.lazy import LONG_SIDE, LazyCapture
 from fsel.captures.opening import Opening
 from fsel.captures.opening import opened as open_source
+from fsel.captures.parsing import read_json
 from fsel.cli.console import Console
 from fsel.cli.options import OPENING
 from fsel.core.capture import Capture
 from fsel.core.geometry import turned
+from fsel.core.wording import counted
 from fsel.selection.export.record import RECORD
 
 READ = ("capture", "masks", "pose_masks", "frames", "targets", "weights", "always", "never")
@@ -40,7 +41,14 @@ def opening_of(args: argparse.Namespace) -> Opening:
 
 def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
     """Open the capture of a command line; see `fsel.captures.opening.opened`."""
-    return open_source(opening_of(args), console, long_side)
+    source = open_source(opening_of(args), console, long_side)
+    centers = source.capture.centers
+    if not np.ptp(centers, axis=0).any():
+        console.warn(
+            f"{args.capture}: all {counted(len(centers), 'camera')} are at one place: nothing "
+            "tells how far the scene is. Hint: walk around it"
+        )
+    return source
 
 
 def inputs_of(args: argparse.Namespace) -> list[Path]:
@@ -60,11 +68,11 @@ def record_of(folder: Path) -> dict:
     file = folder / RECORD
     if not file.is_file():
         return {}
+    record = read_json(file)
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
         record["capture"]["opened"], record["capture"]["beside"], record["settings"]["k"]
         record["capture"]["folder"], record["frames"], record["left"], record["targets"]["held_out"]
-    except (ValueError, TypeError, KeyError) as error:
+    except (TypeError, KeyError) as error:
         raise ValueError(f"{file}: is not a record of fsel select ({error})") from error
     return record
 

@@ -20,6 +20,7 @@ UNPOSED = "none"  # of --poses
 OPENING = {
     "poses": "layout",
     "features": None,
+    "pose_time": None,
     "pose_masks": None,
     "video_frames": None,
     "rate": None,
@@ -46,24 +47,34 @@ EXAMPLES = {
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     """Return the type of a whole number between two bounds, both included."""
 
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+
     def integer(text: str) -> int:
-        value = int(text)
+        value = _read(int, text, f"a whole number, {allowed}")
         if value < least or (most is not None and value > most):
-            allowed = f"{least} or more" if most is None else f"{least} to {most}"
             raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
         return value
 
     return integer
 
 
+def _read(kind: Callable[[str], Any], text: str, allowed: str) -> Any:
+    """Read a number of a kind."""
+    try:
+        return kind(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: {allowed}") from error
+
+
 def number_or_auto(text: str) -> int | str:
     """Read a whole number, or `auto`."""
-    return text if text == "auto" else int(text)
+    return text if text == "auto" else _read(int, text, "a whole number, or auto")
 
 
 def numbers(text: str) -> list[int]:
     """Read whole numbers between commas, each once, ascending."""
-    return sorted({int(word) for word in text.split(",")})
+    allowed = "whole numbers between commas"
+    return sorted({_read(int, word, allowed) for word in text.split(",")})
 
 
 def words(text: str) -> list[str]:
@@ -76,7 +87,7 @@ def words(text: str) -> list[str]:
 
 def positive(text: str) -> float:
     """Read a number above zero."""
-    number = float(text)
+    number = _read(float, text, "more than 0")
     if not number > 0:
         raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
     return number
@@ -151,6 +162,11 @@ def add_opening(command: argparse._ActionsContainer, unposed: bool = False) -> N
 def add_features(command: argparse._ActionsContainer) -> None:
     text = "features that COLMAP matches (default: sift); the network aliked may place more frames"
     command.add_argument("--features", choices=("sift", "aliked"), help=text)
+    text = (
+        "time for estimating poses, such as 2m, after which what is placed is used (default: what "
+        "the first try leaves out is sought for three times as long)"
+    )
+    command.add_argument("--pose-time", type=duration, metavar="TIME", help=text)
 
 
 def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> None:
@@ -160,8 +176,8 @@ def add_video(command: argparse._ActionsContainer, most_frames: bool = True) -> 
         text = "video: take the sharpest frame of each of N equal intervals"
         thinned.add_argument("--video-frames", type=whole(3, 100_000), metavar="N", help=text)
     text = (
-        "video: frames to sample per second (default: 4, and 100 to 300 in all, or three per "
-        "frame to pick if that is more)"
+        "video: frames to sample per second (default: up to 4, as the camera moves; 60 to "
+        "300 in all, or three per frame to pick if that is more)"
     )
     thinned.add_argument("--rate", type=positive, metavar="FPS", help=text)
     text = "video: start at this time, such as 83 or 1:23 (--end TIME stops there)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -56,7 +57,9 @@ class Parser(argparse.ArgumentParser):
         """Print the usage in a line, and what is wrong, and exit with code 2."""
         placed = [a for a in self._actions if not a.option_strings and a.nargs != "*"]
         places = [str(action.metavar or action.dest.upper()) for action in placed]
-        usage = f"usage: {self.prog} {' '.join(places)} [options]; {self.prog} --help lists them"
+        usage = " ".join(
+            ["usage:", self.prog, *places, f"[options]; {self.prog} --help lists them"]
+        )
         near = self._meant()
         hint = f". Did you mean {near}?" if near else ""
         self.exit(2, f"{usage}\n{self.prog}: error: {message}{hint}\n")
@@ -110,7 +113,12 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     """
     given = sys.argv[1:] if arguments is None else arguments
     words = [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
-    return parser().parse_args(words, argparse.Namespace(words=words))
+    grammar = parser()
+    if "_ARGCOMPLETE" in os.environ:  # set by the shell's completion alone
+        from argcomplete import autocomplete
+
+        autocomplete(grammar)
+    return grammar.parse_args(words, argparse.Namespace(words=words))
 
 
 def _add_poses(commands) -> None:

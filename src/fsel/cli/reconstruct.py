@@ -100,5 +100,8 @@ def _fitted(
         with console.clock("reconstructing"):
             return reconstructor.fit(frames)
     fit: Any = reconstructor.fit
-    with console.steps("reconstructing") as progress, stopped_by_interrupt(console, KEPT) as stop:
+    with (
+        console.steps("reconstructing") as progress,
+        stopped_by_interrupt(console, KEPT) as stop,
+    ):
         return fit(frames, progress=progress, stop=stop)

@@ -39,8 +39,8 @@ from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: keeping the best selection so far; press Ctrl-C again to quit"
 AGAINST = (
-    *("-k", "--always", "--never", "--cover", "--cover-share", "--method", "--vram", "--trainer"),
-    *("--patience", "-o", "--out"),
+    *("-k", "--always", "--never", "--method", "--loss", "--vram", "--trainer", "--patience"),
+    *("-o", "--out"),
 )
 """Options that the command of a page, which changes single picks, leaves out or states itself."""
 
@@ -55,6 +55,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             "--vram and --trainer need each other and -k auto. Hint: --vram 8GB --trainer gsplat"
         )
+    if args.loss is not None and args.k != AUTO:
+        raise ValueError(f"--loss {args.loss:g} needs -k auto")
     wanted = _request(args)
     vet(wanted)  # before poses are sought
     if args.blocks or args.block_size:
@@ -82,11 +84,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
             content = blocks.run(wanted, args.blocks, select, stage, console)
         else:
             content = select(wanted)
-    tried, cut = [one["tried"] for one in content.get("blocks", [content]) if one["tried"]], ""
-    if fits := sum(one["fits"] for one in tried if one["cut"]):
-        cut = f"; time ran out after {counted(fits, 'fit')}: with less load, or more "
-        cut += "--patience, other picks may be kept"
-    console.say("written", f"{args.out} after {time.perf_counter() - started:.2f} s{cut}")
+    _say_end(args, console, content, time.perf_counter() - started)
     console.give(content)
 
 
@@ -126,7 +124,8 @@ def _auto(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> A
     camera = source.raw.cameras[0]
     scale = (form.long_side or source.longest) / source.longest
     size = (max(1, round(camera.width * scale)), max(1, round(camera.height * scale)))
-    return Auto(memory=args.vram, size=size, **({"trainer": args.trainer} if args.trainer else {}))
+    stated = {"loss": args.loss, "memory": args.vram, "trainer": args.trainer}
+    return Auto(size=size, **{name: value for name, value in stated.items() if value is not None})
 
 
 def _request(args: argparse.Namespace) -> SelectionRequest:
@@ -138,8 +137,6 @@ def _request(args: argparse.Namespace) -> SelectionRequest:
         method=args.method,
         weights=args.weights,
         patience=args.patience,
-        cover=args.cover,
-        cover_share=args.cover_share,
         focus=args.box if args.masks is None else args.masks,
         always=args.always,
         never=args.never,
@@ -225,21 +222,40 @@ def _say_request(console: Console, checked: CheckedRequest, source: LazyCapture)
         beside = "" if checked.focus else " and as many off the path"
         what += f"{beside} (--targets changes this)"
     console.say("targets", what)
+    if checked.focus is not None:
+        blind = counted(len(targets.blind), "frame") + " without a view of it never picked"
+        changed = f"only views that see it count, {blind}, nothing tried"
+        console.say("object", f"from {checked.focus.kind} for {frames}: {changed}")
     if far := targets.far.sum():
         console.warn(f"{far} of {len(targets.views)} target views are far from every camera")
 
 
 def _say_outcome(console: Console, outcome: Outcome) -> None:
-    """Print the number of frames, the validation scores, and the service of the picks."""
+    """Print what was picked and why, how many frames, and how close they are to the views."""
     selection = outcome.selection
     console.say("result", record.summary(outcome))
     if selection.budget is not None:
+        console.text(f"{selection.budget.table}\n")
         console.say("k", record.reason(selection.budget))
-    if selection.cover is not None:
-        console.say("cover", record.covered(selection.cover))
-    name = outcome.method.name if selection.tried is None else selection.tried.kept
-    picked = f"{counted(len(selection), 'frame')} by {name}"
-    console.say("picked", f"{picked}, service {outcome.service.curve[-1]:.1%}")
+        if (most := selection.budget.within) is not None:
+            limit = "more than" if most > selection.budget.frames else "not more than"
+            fits = f"{counted(most, 'frame')} of {selection.budget.rule.trainer} fit"
+            console.say("memory", f"{fits}, {limit} the {selection.budget.frames} picked")
+    console.say("picked", f"{counted(len(selection), 'frame')}. {record.closeness(outcome)}")
+
+
+def _say_end(args: argparse.Namespace, console: Console, content: dict, seconds: float) -> None:
+    """Print what was cut, where the result is, and what comes next."""
+    blocks = content.get("blocks", [content])
+    if fits := sum(one["tried"]["fits"] for one in blocks if one["tried"] and one["tried"]["cut"]):
+        console.say("stopped", f"trying, after {counted(fits, 'fit')}: more may keep other picks")
+    if not (args.blocks or content["targets"]["held_out"]):
+        hint = "" if args.targets else " (--targets every:8 holds frames out)"
+        console.say("held out", f"none: nerfstudio evaluates on the picks themselves{hint}")
+    place = args.out / blocks[0]["folder"] if args.blocks else args.out
+    console.say("written", f"{args.out} after {seconds:.2f} s")
+    console.say("open", shlex.quote(str(place / REPORT)))
+    console.say("next", shlex.join(["fsel", "reconstruct", str(place), "-o", f"{place}.ply"]))
 
 
 @contextmanager
@@ -248,14 +264,13 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
     if not patience.seconds:
         yield patience
         return
-    bar = console.seconds("trying", patience.seconds)
-    with bar as show, stopped_by_interrupt(console, TRIED) as stop:
+    with console.steps("trying", "fit") as show, stopped_by_interrupt(console, TRIED) as stop:
 
         def progress(made: int, planned: int, gone: float) -> bool:
-            show(gone, f"{made} of {planned} fits")
+            show(made, planned)
             return not stop()
 
-        yield TimeBudget(patience.seconds, progress)
+        yield replace(patience, progress=progress)
 
 
 def commands(args: argparse.Namespace, place: Path) -> Commands:

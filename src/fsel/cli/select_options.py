@@ -24,10 +24,9 @@ from fsel.cli.options import (
 
 TRAINERS = ("gsplat", "splatfacto", "nerfacto", "long-lrm")  # of `budget.TRAINERS`
 TURNED, UNTURNED = "auto", "none"
-MOST_TIMES = 20  # that a point is to be seen
 RECORDED = (
-    *("k", "targets", "weights", "patience", "cover", "cover_share", "masks", "box"),
-    *("geometry_only", "keep_bad", "vram", "trainer", "always", "never", "long_side"),
+    *("k", "targets", "weights", "patience", "masks", "box"),
+    *("geometry_only", "keep_bad", "loss", "vram", "trainer", "always", "never", "long_side"),
     *("undistort", "up", "views"),
 )
 """Options that selection.json repeats, in its order."""
@@ -59,19 +58,16 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
         "number of frames, or auto to choose it automatically; of 360-degree panoramas, each with "
         "all its views, unless --views picks these one by one"
     )
-    group.add_argument("-k", type=number_or_auto, help=text)
+    group.add_argument("-k", type=number_or_auto, required=True, help=text)
     group.add_argument("--views", action="store_true", help=argparse.SUPPRESS)
+    text = (
+        "with -k auto: dB of PSNR to lose against all frames at most, 9 times in 10 (default: 0.5)"
+    )
+    group.add_argument("--loss", type=positive, metavar="DB", help=text)
     text = "with -k auto: memory of the GPU, such as 8GB; --trainer NAME says what trains on it: "
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument("--trainer", choices=TRAINERS, help=argparse.SUPPRESS)
-    text = (
-        "pick the fewest frames that see every sparse point this many times, from different "
-        "directions; with -k, the remaining frames are picked as usual"
-    )
-    text += "; --cover-share 0.9 covers nine tenths of the points (default: all)"
-    group.add_argument("--cover", type=whole(1, MOST_TIMES), default=0, metavar="TIMES", help=text)
-    group.add_argument("--cover-share", type=positive, default=1.0, help=argparse.SUPPRESS)
     text = "cut a large scene into N overlapping blocks of cameras, and pick -k frames of each"
     text += "; --block-size 200: in blocks of at most 200 frames"
     either = group.add_mutually_exclusive_group()

@@ -1,7 +1,8 @@
 """Files that are written whole or not at all, and tables in Parquet without pandas.
 
 pandas takes longer to import than most jobs of the workflow take, and pyarrow imports it wherever
-it converts an array of NumPy: here memory is passed on as it is.
+it converts an array of NumPy: here memory is passed on as it is. NumPy is imported where it is
+used: the rules of the workflow are read without it.
 """
 
 from __future__ import annotations
@@ -19,9 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
     import pyarrow as pa
 
@@ -205,6 +205,8 @@ def _readable(path: str | Path) -> Iterator[None]:
 
 def mapped_array(path: str | Path) -> np.ndarray:
     """Open a .npy file as a read-only map; ValueError for one that is damaged, by name."""
+    import numpy as np
+
     try:
         return np.load(path, mmap_mode="r")
     except (ValueError, EOFError) as error:
@@ -213,26 +215,35 @@ def mapped_array(path: str | Path) -> np.ndarray:
 
 def by_column(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
     """Return columns of rows that all have the same names."""
+    import numpy as np
+
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def chosen(table: Columns, rows: np.ndarray | slice) -> dict[str, np.ndarray]:
     """Return some rows of a table, by number, (n,) bool or slice."""
+    import numpy as np
+
     return {name: np.asarray(table[name])[rows] for name in table}
 
 
 def repeated(values: Mapping[str, Any], count: int) -> dict[str, np.ndarray]:
     """Return columns that each hold one value in all rows."""
+    import numpy as np
+
     return {name: np.repeat(value, count) for name, value in values.items()}
 
 
 def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
     """Return the rows of tables of the same columns, one table after another."""
+    import numpy as np
+
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
 def to_arrow(column: Any) -> pa.Array:
     """Return a column, see `Columns`, as an Arrow array; one of arrays becomes lists."""
+    import numpy as np
     import pyarrow as pa
 
     if len(column) and np.ndim(column[0]):
@@ -252,6 +263,7 @@ def to_arrow(column: Any) -> pa.Array:
 
 def from_arrow(array: pa.Array) -> np.ndarray:
     """Return a column without missing values; lists of one length become a matrix."""
+    import numpy as np
     import pyarrow as pa
 
     if pa.types.is_list(array.type):

@@ -100,6 +100,13 @@ def invert_pose(pose: np.ndarray) -> np.ndarray:
         return np.concatenate([rotation, -rotation @ pose[..., :3, 3:]], axis=-1)
 
 
+def from_opengl(pose: np.ndarray) -> np.ndarray:
+    """Return (..., 3, 4) world-to-camera with OpenCV axes of (..., 3+, 4) camera-to-world poses
+    with OpenGL's: y up, z backwards."""
+    axes = pose[..., :3, :3] @ OPENGL_TO_OPENCV
+    return invert_pose(np.concatenate([axes, pose[..., :3, 3:]], axis=-1))
+
+
 def pixel_centers(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
     """Return two (h, w) arrays of the pixels' x and y; the top-left one's are 0.5."""
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

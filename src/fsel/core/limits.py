@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 MAX_ERROR = 0.02
 """Median reprojection or epipolar error, as a share of the images' longer side."""
+
+WHEN_COMPILED: list[Callable[[float], None]] = []
+"""Called with the seconds that a function took, each time that one has been compiled."""
 
 THREADS = "FSEL_THREADS"
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of a period, or max

@@ -33,6 +33,12 @@ def natural(name: str) -> list[tuple[int, str]]:
     return [(int(p), "") if p.isdecimal() else (-1, p) for p in re.split(r"(\d+)", name) if p]
 
 
+def check_utf8(path: object) -> None:
+    """Refuse a path with a byte that is not UTF-8, which neither COLMAP nor JSON takes."""
+    if re.search("[\ud800-\udfff]", str(path)):  # what stands for such a byte
+        raise ValueError(f"{str(path)!r}: its name is not UTF-8. Hint: rename it")
+
+
 def name_seed(*parts: object) -> int:
     """Return a seed made from names and numbers, the same on every machine."""
     return zlib.crc32("/".join(map(str, parts)).encode())

@@ -1,4 +1,4 @@
-"""What a metric is; and PSNR, SSIM and GMSD in one pass, fast enough for a search.
+"""PSNR, SSIM and GMSD in one pass, fast enough for a search.
 
 Squared differences of float32 images are summed in float64. SSIM and GMSD are float32, at twice the
 lanes: SSIM changes by less than 1e-5, on views without any texture by 2e-4, GMSD by less than 1e-6.
@@ -7,12 +7,13 @@ scikit-image is the oracle for PSNR and SSIM, a plain NumPy twin for GMSD (both 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.core.compiled import reordered
+from fsel.core.compiled import reordered, reordered_part
+from fsel.metrics.contract import Metric
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -26,34 +27,6 @@ C1, C2 = F(0.01**2), F(0.03**2)
 GMSD_CONSTANT = F(170.0 / 255.0**2)
 LUMA = (F(0.299), F(0.587), F(0.114))
 PSNR_CEILING = 100.0  # dB, for identical images
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A metric of images.
-
-    Attributes:
-        name: key in the registry, in the config and in every table's file.
-        label: how printed tables head its column.
-        higher_is_better: its direction.
-        score: (rendered (T, h, w, 3) float32 in [0, 1], truth (T, h, w, 3) uint8, masks (T, h, w)
-            bool or None) -> (T,) float64, of the part inside the mask. Settings are keywords.
-        unit: of its values; empty where they have none.
-        digits: decimals that tables print.
-        check: refuses settings that `score` could not work with; None where there are none.
-    """
-
-    name: str
-    label: str
-    higher_is_better: bool
-    score: Callable[..., np.ndarray]
-    unit: str = ""
-    digits: int = 3
-    check: Callable[..., None] | None = None
-
-    def printed(self, value: float) -> str:
-        """Return a value with its decimals."""
-        return f"{value:.{self.digits}f}"
 
 
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
@@ -95,7 +68,8 @@ def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = No
             "nothing to compare. Hint: score views that show the object"
         )
     images = np.ascontiguousarray(rendered, np.float32), np.ascontiguousarray(truth)
-    return _score(*images, np.ascontiguousarray(masks))
+    scored = [_score(*view) for view in zip(*images, np.ascontiguousarray(masks), strict=True)]
+    return np.array(scored, np.float64).reshape(len(scored), len(NAMES))
 
 
 def inside(masks: np.ndarray) -> np.ndarray:
@@ -103,51 +77,57 @@ def inside(masks: np.ndarray) -> np.ndarray:
     return masks[:, MARGIN:-MARGIN, MARGIN:-MARGIN].mean(axis=(1, 2))
 
 
-@reordered
-def _score(rendered, truth, masks):
-    out = np.empty((len(rendered), 3))
-    height, width = rendered.shape[1:3]
-    size = height * width
-    first, second = np.empty((height, width), F), np.empty((height, width), F)
-    for t in range(len(rendered)):
-        mask, counted = masks[t], _counted(masks[t])
-        error, similarity = 0.0, 0.0
-        luma_first, luma_second = np.zeros((height, width), F), np.zeros((height, width), F)
-        for c in range(3):
-            gain = LUMA[c]
-            for y in range(height):
-                for x in range(width):
-                    b = F(truth[t, y, x, c]) / F(255)
-                    a = rendered[t, y, x, c] if mask[y, x] else b
-                    first[y, x], second[y, x] = a, b
-                for x in range(width):
-                    gap = np.float64(first[y, x] - second[y, x])
-                    error += gap * gap
-                    luma_first[y, x] += gain * first[y, x]
-                    luma_second[y, x] += gain * second[y, x]
-            similarity += _ssim(first.reshape(size), second.reshape(size), counted, width)
-        error /= 3 * mask.sum()
-        out[t, 0] = min(-10.0 * np.log10(error), PSNR_CEILING) if error > 0 else PSNR_CEILING
-        out[t, 1] = similarity / (3 * np.float64(counted.sum()))
-        out[t, 2] = _gmsd(luma_first, luma_second, mask)
-    return out
+def _score(rendered: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> tuple[float, float, float]:
+    """Return PSNR, SSIM and GMSD of one view."""
+    height, width = mask.shape
+    luma, similarity = np.zeros((2, height, width), F), 0.0
+    channels = np.empty((2, 3, height * width), F)
+    error = _separate(rendered, truth, mask, channels, luma) / (3 * np.count_nonzero(mask))
+    counted = np.zeros((height, width), F)  # 1 at the first pixel of each whole window
+    counted[: -2 * MARGIN, : -2 * MARGIN] = mask[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    for first, second in zip(*channels, strict=True):
+        similarity += _ssim(first, second, counted.ravel(), 1, width)
+    psnr = min(-10 * math.log10(error), PSNR_CEILING) if error > 0 else PSNR_CEILING
+    return psnr, similarity / (3 * np.count_nonzero(counted)), _gmsd(*luma, mask)
 
 
 @reordered
-def _ssim(first, second, counted, width):
+def _separate(rendered, truth, mask, channels, luma):
+    """Fill (2, 3, h * w) channels and (2, h, w) luma of a view, by which nothing outside the mask
+    differs, and its truth; return the summed squares of their differences."""
+    error = 0.0
+    height, width = mask.shape
+    for c in range(3):
+        gain, first, second = LUMA[c], channels[0, c], channels[1, c]
+        for y in range(height):
+            for x in range(width):
+                b = F(truth[y, x, c]) / F(255)
+                a = rendered[y, x, c] if mask[y, x] else b
+                first[y * width + x], second[y * width + x] = a, b
+            for x in range(width):
+                a, b = first[y * width + x], second[y * width + x]
+                gap = np.float64(a - b)
+                error += gap * gap
+                luma[0, y, x] += gain * a
+                luma[1, y, x] += gain * b
+    return error
+
+
+@reordered
+def _ssim(first, second, counted, step, width):
     """Return the sum of SSIM over the windows of one channel that count: `counted` is 1 at their
-    first pixels, so none reaches across the end of a row of `width`."""
+    first pixels, so none reaches across the end of a row of `width`; pixels are a `step` apart."""
     across = np.empty((4, len(first) - 2 * MARGIN), F)
     down = np.empty((4, across.shape[1] - 2 * MARGIN * width), F)
     field = np.empty(len(first), F)
-    _weigh(first, 1, across[0])
-    _weigh(second, 1, across[1])
+    _weigh(first, step, across[0])
+    _weigh(second, step, across[1])
     for i in range(len(first)):
         field[i] = first[i] * first[i] + second[i] * second[i]
-    _weigh(field, 1, across[2])
+    _weigh(field, step, across[2])
     for i in range(len(first)):
         field[i] = first[i] * second[i]
-    _weigh(field, 1, across[3])
+    _weigh(field, step, across[3])
     for kind in range(4):
         _weigh(across[kind], width, down[kind])
     total = 0.0
@@ -164,7 +144,7 @@ def _ssim(first, second, counted, width):
     return total
 
 
-@reordered
+@reordered_part
 def _weigh(line, step, out):
     """The Gaussian over eleven entries that lie a step apart; slices, as they vectorise."""
     l0, l1, l2, l3, l4 = line, line[step:], line[2 * step :], line[3 * step :], line[4 * step :]
@@ -179,17 +159,6 @@ def _weigh(line, step, out):
             + W4 * (l1[i] + l9[i])
             + W5 * (l0[i] + l10[i])
         )
-
-
-@reordered
-def _counted(mask):
-    """(h * w,) float32, 1 at the first pixel of each whole window whose middle the mask holds."""
-    height, width = mask.shape
-    first = np.zeros((height, width), F)
-    for y in range(height - 2 * MARGIN):
-        for x in range(width - 2 * MARGIN):
-            first[y, x] = F(1) if mask[y + MARGIN, x + MARGIN] else F(0)
-    return first.reshape(height * width)
 
 
 @reordered
@@ -209,7 +178,7 @@ def _gmsd(first, second, mask):
     return np.sqrt(max(squares / count - mean * mean, 0.0))
 
 
-@reordered
+@reordered_part
 def _halved(image):
     """2x2 means; a last odd row or column is dropped."""
     half = np.empty((image.shape[0] // 2, image.shape[1] // 2), F)
@@ -221,7 +190,7 @@ def _halved(image):
     return half
 
 
-@reordered
+@reordered_part
 def _gradients(image):
     """Magnitude of the Prewitt gradient, where a pixel has its whole 3x3 neighbourhood."""
     out = np.empty((image.shape[0] - 2, image.shape[1] - 2), F)

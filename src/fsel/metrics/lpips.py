@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.metrics import published
-from fsel.metrics.fused import Metric
+from fsel.metrics.contract import Metric
 
 if TYPE_CHECKING:
     from fsel.metrics.backbones import Lpips

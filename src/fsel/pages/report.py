@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from html import escape
 
 import cv2
@@ -16,10 +17,11 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
-from fsel.selection.export.record import covered, reason, summary, trials
+from fsel.selection.budget import Budget
+from fsel.selection.export.record import closeness, reason, summary, trials
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
-from fsel.selection.targets import ALL
-from fsel.selection.validation import STATED, WHOLE, ValidationResult
+from fsel.selection.validation import ValidationResult
 
 TICKS = 6  # times below the timeline of a video
 CELL = 84  # pixels of a frame's place on the page, were it square
@@ -34,18 +36,15 @@ FLYING = (
     "</script><figcaption>Click a camera to fly to it and its photo; drag to turn, shift and drag "
     "to move, scroll or pinch to zoom.</figcaption>"
 )
-WISHES = (
-    '<section id="wishes" hidden><h2>Keep and drop frames</h2>'
-    "<p>The command changes only the marked frames: a kept frame, or else the nearest free one, "
-    "replaces a dropped pick; all other picks stay. Run it in the folder in which this selection "
-    "was made.</p>"
-    '<p id="marked"></p><pre id="command"></pre><button id="clear">Clear</button></section>'
-)
 DETAIL = (
     '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
     '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
     '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
-    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
+    '<button id="drop" disabled>Drop <kbd>d</kbd></button></p>'
+    '<section id="wishes" hidden><p id="marked"></p><div id="changes"><pre id="command"></pre>'
+    '<button id="copy">Copy</button> <button id="clear">Clear</button><p><small>Run this where the '
+    "selection was made. A kept frame, or else the nearest free one, replaces a dropped pick; all "
+    "other picks stay.</small></p></div></section></aside>"
 )
 
 
@@ -55,23 +54,22 @@ def page(shown: ReportContent) -> str:
     selection, source_name = outcome.selection, outcome.capture.source
     sentences = [
         f"{source_name}. Views to render: {outcome.targets.kind}, "
-        f"{counted(len(outcome.targets.views), 'view')}."
+        f"{counted(len(outcome.targets.views), 'view')}. {closeness(outcome)}."
     ]
     sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
-    sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
     heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
     body = [
         f"<h1>{heading}</h1>",
         f'<p class="lead">{escape(summary(outcome))}</p>',
         *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
         *(f'<p class="warning">{escape(note)}.</p>' for note in shown.notes),
+        *_gap(shown),
         *_tried(selection.tried),
         '<div class="stage"><div>',
         *_world(outcome, shown.commands.viewing),
         *_over_time(outcome, frames_shown(outcome), shown.pictures, shown.times),
         *_strip(shown, cards),
-        WISHES,
-        *_charts(outcome),
+        *_how_many(selection.budget),
         *_tables(shown),
         "</div>",
         DETAIL,
@@ -79,6 +77,16 @@ def page(shown: ReportContent) -> str:
         data("data", _content(shown, cards)),
     ]
     return document(f"{heading}: {source_name}", ("report.css", "scene.js", "report.js"), body)
+
+
+def _gap(shown: ReportContent) -> list[str]:
+    """Return a wide gap between the picks in words, with the picture of a frame in it."""
+    gap = gap_of(shown.outcome)
+    if gap is None or not gap.wide:
+        return []
+    picture = shown.pictures.get(gap.frame)
+    image = f'<br><img alt="{escape(gap.name)}" src="{source(picture)}">' if picture else ""
+    return [f'<p class="warning">{escape(str(gap))}.{image}</p>']
 
 
 def with_view(text: str, view: str) -> str:
@@ -94,9 +102,10 @@ def _tried(tried: ValidationResult | None) -> list[str]:
     """Return what was tried and the rule that decided, to be unfolded."""
     if tried is None:
         return []
-    rule, first = (STATED, "the rule") if tried.on_targets else (WHOLE, "uniform sampling")
-    sure = " beyond chance, by two reconstructors that agree" if rule.sure else ""
-    said = f"{trials(tried)}. A selection replaces {first} if it is {rule.margin} dB ahead{sure}."
+    first = "the rule" if tried.on_targets else "uniform sampling"
+    sure = " beyond chance, by two reconstructors that agree" if tried.rule.sure else ""
+    margin = f"if it is {tried.rule.margin} dB ahead{sure}"
+    said = f"{trials(tried)}. A selection replaces {first} {margin}."
     return ["<details><summary>What was tried</summary>", f"<p>{escape(said)}</p></details>"]
 
 
@@ -198,17 +207,16 @@ def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
     return [*parts, "</div>"]
 
 
-def _charts(outcome: Outcome) -> list[str]:
-    """Draw how close the picks come to the views, against their number."""
-    curve = outcome.service.curve
-    line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
-    whole = outcome.targets.kind == ALL
-    served = f"Service of the whole capture, measured at {len(outcome.served)} of its frames"
-    chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
+def _how_many(budget: Budget | None) -> list[str]:
+    """Draw what numbers of frames lose against all, with the interval, where one was found."""
+    if budget is None or not budget.table.rows:
+        return []
+    values = np.array([astuple(row) for row in budget.table.rows]).T
+    chart = line_chart({"PSNR": Line(*values[:4])}, "frames", "+.1f", "PSNR against all frames")
+    said = f"PSNR (dB) against all {budget.table.total} frames, with its 90 % interval."
     return [
-        "<h2>How close the picks are to the views</h2>",
-        f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
-        f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
+        "<h2>How many frames are needed</h2>",
+        f"<figure>{chart}<figcaption>{said}</figcaption></figure>",
     ]
 
 

@@ -90,7 +90,7 @@ def cards_of(shown: ReportContent) -> list[Card]:
 def adds(entry: dict) -> str:
     """Say what a pick adds."""
     if entry["sees_new"] is None:
-        said = [f"adds {entry['adds']:.1%} to the service"]
+        said = [f"brings the views {entry['adds']:.1%} of an image closer"]
     else:
         said = [f"shows {entry['sees_new']:.1%} of the scene that earlier picks do not see well"]
     if entry["sharpness_rank"] is not None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
-from fsel.core.capture import Capture, Views
 from fsel.core.programs import MissingRequirement, NoDevice
 from fsel.core.registry import Registry
+
+if TYPE_CHECKING:  # the names alone import nothing
+    import numpy as np
+
+    from fsel.core.capture import Capture, Views
 
 
 class Model(Protocol):
@@ -78,6 +80,9 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
 )
 """By name. `check_needs` refuses one that cannot work here, with some settings."""
 
+OWN = ("splats", "gaussians", "radiance_field")
+"""Those that need nothing but this package; they work on a processor."""
+
 
 def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None:
     """Refuse a configured reconstructor that cannot work here; nothing is fitted.
@@ -91,6 +96,8 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
         MissingRequirement: for a package, a device or weights that it needs and does not find.
     """
     name = reconstruction["name"]
+    if name in OWN and not reconstruction["settings"]:
+        return  # nothing to ask, and numba takes long to import
     lacking: Sequence[Exception] = []
     if name not in RECONSTRUCTORS:
         RECONSTRUCTORS.checked(name)  # refused in its own words, which name it
@@ -109,6 +116,8 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
     """Say whether a configured reconstructor works on a GPU; its factory's `needs_gpu` says so."""
+    if reconstruction["name"] in OWN:
+        return False
     declared = getattr(RECONSTRUCTORS.checked(reconstruction["name"]), "needs_gpu", None)
     return False if declared is None else bool(declared(**reconstruction["settings"]))
 

@@ -17,7 +17,7 @@ from fsel.captures.lazy import LazyCapture, open_capture, opened, posed
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import unexpected
-from fsel.selection.budget import Auto
+from fsel.selection.budget import Auto, HowMany
 from fsel.selection.focus import Focus
 from fsel.selection.frames import Wish, frames_of
 from fsel.selection.outcome import Selection
@@ -42,15 +42,13 @@ Source: TypeAlias = Capture | str | Path | Mapping[str, Any] | pycolmap.Reconstr
 
 def select(
     capture: Source,
-    k: int | str | Auto | None,
+    k: int | str | Auto,
     targets: Request = None,
     method: str | Method | None = None,
     seed: int = 0,
     *,
     weights: str | Path | None = None,
     patience: float | TimeBudget | None = None,
-    cover: int = 0,
-    cover_share: float = 1.0,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | str | Path | Sequence[float] | None = None,
     descriptors: np.ndarray | Describe | None = None,
@@ -65,9 +63,8 @@ def select(
         capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
             `pycolmap.Reconstruction`, or the content of a transforms.json. Images of the last two
             are read from the current folder; without them, poses and points alone decide.
-        k: number of frames. `auto`, or `fsel.Auto` with your own threshold and memory, chooses it
-            among the first picks of a nested method, see `fsel.selection.budget`. None: as few as
-            `cover` needs.
+        k: number of frames. `auto`, or `fsel.Auto` with your own loss and memory, chooses it, see
+            `fsel.selection.budget`.
         targets: views to be rendered; None for anything that the capture shows. `every:8`, names or
             numbers of frames, or a .txt file of names hold frames out, which are never picked;
             `orbit`, `trajectory`, a .json camera path, `fsel.Views`, or (T, 3, 4) poses, world to
@@ -80,9 +77,6 @@ def select(
             of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone. None:
             ten with neither `targets` nor `method`, else 0. `fsel.TimeBudget` also reports
             progress and can stop it.
-        cover: how often the picks must see each sparse point that so many frames see, see
-            `fsel.selection.multicover`. With k, the method picks the remaining frames.
-        cover_share: share of these points; all of them often take nearly all frames.
         sharpness: (N,) of every frame, or what measures it of some; else measured on the images.
         focus: an object that targets must see: a folder of masks, the six numbers of a box, or a
             `fsel.selection.focus.Focus`.
@@ -111,8 +105,6 @@ def select(
         seed=seed,
         weights=weights,
         patience=patience,
-        cover=cover,
-        cover_share=cover_share,
         sharpness=sharpness,
         focus=focus,
         descriptors=descriptors,
@@ -124,6 +116,28 @@ def select(
     vet(request)  # poses that are to be found take minutes
     opened = captured(capture, k if isinstance(k, int) and not views else 0, views)
     return select_frames(checked_request(replace(request, source=opened))).selection
+
+
+def how_many(capture: Source) -> HowMany:
+    """Predict what fewer frames than all lose, before poses are trained on.
+
+    Args:
+        capture: as of `select`; its bad frames do not count.
+
+    Returns:
+        The table that `fsel info` prints.
+
+    Raises:
+        ValueError: for a capture of fewer than three frames.
+
+    Example:
+        >>> table = fsel.how_many("captures/garden")
+        >>> [row.frames for row in table.rows]
+        [20, 45, 70]
+    """
+    found = select(capture, Auto(), patience=0).budget
+    assert found is not None
+    return found.table
 
 
 def captured(source: Source, wanted: int = 0, views: bool = False) -> Capture | LazyCapture:

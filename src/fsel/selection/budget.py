@@ -1,28 +1,31 @@
-"""Number of frames that is enough: what more would gain, predicted, and what memory allows.
+"""Number of frames: what fewer than all of them lose, with an interval, and what memory allows.
 
-The shift of a view is the parallax and the turn between it and a picked frame, in fields of view:
-how far the image moves. PSNR is predicted to fall in proportion to the mean shift of the views'
-closest, second and third picked frame; by how much was fitted to reconstructions of training scenes
-(`tools/fit_budget.py`).
+What K frames lose was measured on real captures with trained Gaussians (`tools/how_many.py`;
+docs/results/how_many.md). It hardly depends on how many frames there are, and small
+reconstructions of a capture predict it no better. So a capture's loss is taken as one more of those
+measured: the quantiles are those of split conformal prediction (Papadopoulos et al. 2002).
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import TypeAlias
 
 import numpy as np
 
-from fsel.core.capture import Capture, Views
-from fsel.core.geometry import pairwise_angles, pairwise_distances
-from fsel.selection.scene_depth import viewing_distance
-
-THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
-WHOLE = 30  # views of a whole capture that the number of frames is found by
-NEAREST = 3  # picked frames that a view is served by
-RECORD = "budget.json"
+LOSS = 0.5  # dB
+BOUND = "bound"
+SHARES = {"low": 0.05, "median": 0.5, "high": 0.95, BOUND: 0.9}  # of captures that lose less
+RECORD = "how_many.json"
+Record: TypeAlias = Mapping[str, Sequence[float]]
+"""The calibration: `frames`, numbers K of them; dB lost with each that `SHARES` of captures stay
+below, those of more than K frames, but for `BOUND` of all; the share that lose nothing, `better`;
+the `time` of training over that with all frames; and `total`, the fewest and the most frames of a
+capture."""
 LEAST = 2  # frames that a reconstruction needs
 SPLATS = "splats"
 CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver, context and gaps
@@ -30,33 +33,88 @@ CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver
 
 @dataclass(frozen=True)
 class Auto:
-    """Number of frames chosen automatically: the fewest that suffice, within a memory limit.
+    """Number of frames chosen automatically: the fewest that lose little, within a memory limit.
 
     Attributes:
-        threshold: dB; picking ends where no further frames are predicted to gain as much each.
+        loss: dB of PSNR against all frames that may be lost, 9 times in 10.
         memory: bytes that a reconstruction may take; None for no limit.
         size: (width, height) in pixels of the images that are trained on, for `memory`; None for
             the capture's own.
         trainer: that the memory is for, a key of `fsel.selection.budget.NEEDS`.
 
     Raises:
-        ValueError: for a threshold that is not above zero.
+        ValueError: for a loss that is not above zero.
 
     Example:
-        >>> few = fsel.select("captures/garden", fsel.Auto(threshold=0.05), targets="every:8")
+        >>> few = fsel.select("captures/garden", fsel.Auto(loss=1), targets="every:8")
     """
 
-    threshold: float = THRESHOLD
+    loss: float = LOSS
     memory: int | None = None
     size: tuple[int, int] | None = None
     trainer: str = SPLATS
 
     def __post_init__(self) -> None:
-        if not 0 < self.threshold < np.inf:
+        if not 0 < self.loss < np.inf:
             raise ValueError(
-                f"threshold is {self.threshold}; allowed: numbers above 0, in dB a frame. "
-                f"Hint: the default is {THRESHOLD}; larger values keep fewer frames"
+                f"loss is {self.loss}; allowed: numbers above 0, in dB of PSNR against all frames. "
+                f"Hint: the default is {LOSS}; larger values keep fewer frames"
             )
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number of frames; PSNR against all frames in dB, the median over captures and the ends of
+    its 90 % interval; time of as many training steps over that with all frames; and the share of
+    captures in which fewer frames are better."""
+
+    frames: int
+    psnr: float
+    low: float
+    high: float
+    time: float
+    better: float
+
+
+@dataclass(frozen=True)
+class HowMany:
+    """PSNR of fewer frames against all frames of a capture, as predicted before training.
+
+    Attributes:
+        total: all frames.
+        rows: numbers of frames, ascending.
+        unlike: whether it has more frames than any capture that was measured.
+    """
+
+    total: int
+    rows: tuple[Row, ...]
+    unlike: bool
+
+    @classmethod
+    def of(cls, total: int) -> HowMany:
+        """Return the table of a capture with so many frames."""
+        record = shipped()
+        frames = np.array(record["frames"])
+        low, median, high, _ = -losses(record, frames)
+        rest = (record["time"], record["better"])
+        columns = zip(frames.tolist(), median, high, low, *rest, strict=True)
+        rows = tuple(Row(*row) for row in columns if row[0] < total)
+        return cls(total, rows, total > max(record["total"]))
+
+    def __str__(self) -> str:
+        if not self.rows:
+            return f"no number of frames below {self.total} was measured"
+        among = f"PSNR against all {self.total}"
+        lines = [f"{'frames kept':>14}   {among:26}time   better than all"]
+        for row in self.rows:
+            interval = f"{row.psnr:+.1f} dB ({row.low:+.1f} to {row.high:+.1f})"
+            lines.append(
+                f"{row.frames:>14}   {interval:26}{row.time:4.1f}   {row.better:.0%} of captures"
+            )
+        if self.unlike:
+            most = max(shipped()["total"])
+            lines.append(f"no capture measured has so many frames: they had up to {most}")
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -66,94 +124,49 @@ class Budget:
     Attributes:
         rule: that it was found by.
         frames: how many.
-        enough: the smallest number after which no frames are predicted to gain the threshold each.
-        within: the largest number that fit the memory, or None.
-        gain: dB that the last frame kept is predicted to gain.
-        missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
+        enough: the smallest number that loses at most `rule.loss`, 9 times in 10.
+        within: the largest number that fits the memory, or None.
+        table: what other numbers lose.
     """
 
     rule: Auto
     frames: int
     enough: int
     within: int | None
-    gain: float
-    missing: float
+    table: HowMany
 
 
-def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
-    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
-
-    Parallax is the distance of the cameras over the median depth of what the pool looks at.
-    """
-    depth = np.median(viewing_distance(capture.views, capture.points)[pool])
-    apart = pairwise_distances(capture.centers[pool], views.centers)
-    parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
-    turn = pairwise_angles(capture.axes[pool], views.axes)
-    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
+def losses(record: Record, frames: np.ndarray) -> np.ndarray:
+    """Return (4, n) dB of PSNR that so many frames lose against all, by `SHARES`: the ends of the
+    90 % interval, the median, and what is not exceeded 9 times in 10."""
+    known, at = -1 / np.sqrt(record["frames"]), -1 / np.sqrt(frames)
+    return np.array([np.interp(at, known, record[name]) for name in SHARES])
 
 
-def shifts(shift: np.ndarray) -> np.ndarray:
-    """(n + 1, 3) mean shift over the views of their closest, second and third picked frame.
-
-    Row k is after k picks, whose (n, T) `view_shift` is in order; what is not there counts as 1.
-    """
-    closest = np.ones((NEAREST, shift.shape[1]))
-    out = np.ones((len(shift) + 1, NEAREST))
-    for k, row in enumerate(shift, 1):
-        closest = np.sort(np.concatenate([closest, row[None]]), axis=0)[:NEAREST]
-        out[k] = closest.mean(axis=1)
-    return out
+def enough(record: Record, loss: float, total: int) -> int:
+    """Return the smallest number of frames, of those measured and all between, from which on no
+    more than so many dB are lost, 9 times in 10; all of them where none is enough."""
+    first, last = int(min(record["frames"])), int(max(record["frames"]))
+    frames = np.arange(first, last + 1)
+    over = np.flatnonzero(losses(record, frames)[-1] > loss)
+    least = first + int(over.max(initial=-1)) + 1
+    return total if least > last else min(least, total)
 
 
-def predicted(mean_shifts: np.ndarray, worth: np.ndarray) -> np.ndarray:
-    """(n + 1,) dB gained over no frames at all, of `shifts`, never falling.
-
-    `worth` is (3,) dB that a field of view of the closest, second and third frame is worth.
-    """
-    return (1 - mean_shifts) @ worth
-
-
-def enough(quality: np.ndarray, threshold: float) -> int:
-    """The smallest number of frames, two or more, from which on no further ones gain as much as the
-    threshold, in dB, each, on average; quality is (n + 1,) dB after 0, 1, ... n picks.
-
-    A single frame that gains little does not end the picking where the next ones gain more.
-    """
-    return LEAST + int(np.argmax((quality - threshold * np.arange(len(quality)))[LEAST:]))
-
-
-def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
-    """Number of picks of a pool, by its (n, T) `view_shift`, that suffices to find the budget: with
-    more, the whole gain would be below the threshold for each."""
-    whole = (1 - np.sort(shift, axis=0)[:NEAREST].mean(axis=1)) @ worth[: len(shift)]
-    return min(len(shift), LEAST + int(min(whole / auto.threshold, len(shift))))
-
-
-def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray) -> Budget:
-    """Find how many picks to keep by their (n, T) `view_shift` in order, n from `most`.
-
-    `size` is (width, height) of the capture's images; for `worth` see `predicted`.
-    """
-    quality = predicted(shifts(shift), worth)
-    least = enough(quality, auto.threshold)
+def find(auto: Auto, total: int, size: tuple[int, int]) -> Budget:
+    """Find how many of all frames to keep; `size` is (width, height) of the capture's images."""
+    least = enough(shipped(), auto.loss, total)
     fits = None if auto.memory is None else within(auto.memory, auto.size or size, auto.trainer)
     frames = least if fits is None else min(least, fits)
-    ahead = (quality[frames + 1 :] - quality[frames]) / np.arange(1, len(quality) - frames)
-    return Budget(
-        rule=auto,
-        frames=frames,
-        enough=least,
-        within=fits,
-        gain=float(quality[frames] - quality[frames - 1]),
-        missing=float(ahead.max(initial=0.0)),
-    )
+    return Budget(auto, frames, least, fits, HowMany.of(total))
 
 
 @cache
-def shipped_worth() -> np.ndarray:
-    """(3,) what `predicted` multiplies, as the package has it; `make weights` remakes it."""
+def shipped() -> Record:
+    """Return the calibration in the package; `make how_many` remakes it."""
     text = (files("fsel.selectors") / "weights" / RECORD).read_text(encoding="utf-8")
-    return np.array(json.loads(text)["worth"])
+    record: Record = json.loads(text)
+    return record
 
 
 @dataclass(frozen=True)

@@ -159,7 +159,8 @@ def outlines(
     """Return the frames that show an object, and (n, h, w) where; or all of them and None."""
     if focus is None:
         return frames, None
-    from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
+    # here: numba takes longer to import than a selection takes
+    from fsel.metrics.fused import inside
 
     masks = focus.masks
     shown = boxed(capture, frames, focus) if masks is None else masked(capture, frames, masks)

@@ -49,7 +49,6 @@ SIDE = 64  # pixels
 SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
 METRICS = ("psnr", "ssim")
 BLOCK = 32  # frames that are opened at a time, at the size they have
-LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
 
 
 def validated(
@@ -57,7 +56,8 @@ def validated(
 ) -> ValidationResult | None:
     """Try the picks of the rule, and the simple selections of `fsel.selection.candidates`.
 
-    Every machine keeps the same picks, unless the time is over before the planned fits are made.
+    Every machine makes the planned fits and keeps the same picks, but for one so slow or loaded
+    that it reaches the time's ceiling, some times the patience.
 
     Args:
         rule: (K,) the picks of `fsel`, best first.
@@ -118,14 +118,14 @@ class SuccessiveHalving:
         self._started: float | None = None
 
     def run(self, share: int, patience: TimeBudget) -> ValidationResult:
-        """Run all heats, with `share` fits of a selection in the first, or those before the time is
-        over. It runs from the end of the first fit by `gaussians`, which may have to be compiled.
+        """Run all heats, with `share` fits of a selection in the first, up to the time's ceiling.
+        Time runs from the end of the first fit by `gaussians`, which may have to be compiled.
         """
         if self._hopeful and self._rule.sure:
             every = [(name, None) for name in (self._first, *self._hopeful)]
             for name, scores in self._fits(every):
                 self._scores[name]["splats"].append(scores)
-        self._hopeful = [name for name in self._hopeful if self._ahead(self.trial(name))]
+        self._hopeful = [name for name in self._hopeful if self._rule.agreed(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
         over, cut, seed = False, False, 0
@@ -140,10 +140,8 @@ class SuccessiveHalving:
             cut = over and self._made < made + len(jobs)
             left -= self._runners(count) * seeds
             seed += seeds
-        trials = tuple(map(self.trial, self._picks))
-        return ValidationResult(
-            trials, self._kept(), self._made, cut, on_targets=not self._rule.sure
-        )
+        trials, on_targets = tuple(map(self.trial, self._picks)), not self._rule.sure
+        return ValidationResult(trials, self._kept(), self._made, cut, on_targets, patience.seconds)
 
     def trial(self, name: str) -> CandidateScore:
         """Return what is known of a selection; its error is infinite before both have scored it."""
@@ -173,13 +171,9 @@ class SuccessiveHalving:
 
     def _kept(self) -> str:
         """The best selection of those that meet the rule; else the first one."""
-        trials = [one for one in map(self.trial, self._hopeful) if self._ahead(one)]
+        trials = [one for one in map(self.trial, self._hopeful) if self._rule.agreed(one)]
         ahead = [one for one in trials if one.gain > self._margin(one)]
         return max(ahead, key=lambda one: one.gain).name if ahead else self._first
-
-    def _ahead(self, trial: CandidateScore) -> bool:
-        """Return whether each reconstructor puts a selection ahead, and not behind in SSIM."""
-        return not self._rule.sure or (trial.least > LEAST_GAIN and trial.ssim >= 0)
 
     def _margin(self, trial: CandidateScore) -> float:
         """Gain in dB to be exceeded; infinite where `gaussians` were not fitted."""
@@ -195,13 +189,13 @@ class SuccessiveHalving:
         return sum(len(scores) for made in self._scores.values() for scores in made.values())
 
     def _heat(self, jobs: list[tuple[str, int]], left: int, patience: TimeBudget) -> bool:
-        """Make some fits until the time is over; whether it is."""
-        planned = self._made + left
+        """Make some fits; whether the time's ceiling was reached, or progress ended them."""
+        planned, most = self._made + left, patience.ceiling * patience.seconds
         for name, scores in self._fits(jobs):
             self._scores[name]["gaussians"].append(scores)
             self._started = self._started or time.perf_counter()
             gone = time.perf_counter() - self._started
-            if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
+            if not patience.progress(self._made, planned, gone) or gone > most:
                 return True
         return False
 

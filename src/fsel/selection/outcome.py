@@ -11,21 +11,18 @@ import numpy as np
 
 from fsel.captures.lazy import of_capture
 from fsel.captures.quality.findings import Health
-from fsel.core.capture import Capture, Views
+from fsel.core.capture import Capture
 from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted, listed
-from fsel.features.conditioned import closeness, look_distance
 from fsel.selection.budget import Budget
-from fsel.selection.cover import Cover
+from fsel.selection.scene_depth import image_shift, viewing_distance
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
 from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
 
-RANKS = 8  # closest frames that count for a view
-SHARES = 0.5 ** np.arange(RANKS)
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
 
 
@@ -41,7 +38,6 @@ class Selection:
         capture: that was selected from.
         budget: how k was found.
         tried: what was tried on the capture's own frames, or on the targets' images.
-        cover: how often the picks see the sparse points.
         held_out: (F,) int64 frames that are targets.
     """
 
@@ -52,7 +48,6 @@ class Selection:
     capture: Capture
     budget: Budget | None = None
     tried: ValidationResult | None = None
-    cover: Cover | None = None
     held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def __repr__(self) -> str:
@@ -82,14 +77,14 @@ class Selection:
             link: whether images are hard links.
             long_side: pixels that the images are reduced to; None as they are.
             points: `seen` by two picks, `all` or `none`.
-            force: whether what is there is replaced.
+            force: whether what an earlier export wrote there is replaced.
 
         Returns:
             The folder.
 
         Raises:
             ValueError: for a capture whose image files are not there.
-            FileExistsError: for a folder that is there already.
+            FileExistsError: for a folder that is there already, or has files of others in it.
 
         Example:
             >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
@@ -104,48 +99,10 @@ class Selection:
             )
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
-        with staged(Path(folder), [], force) as stage:
+        read = {file.parent for file in source.raw.images if isinstance(file, Path)}
+        with staged(Path(folder), sorted(read), force) as stage:
             subset.write(stage, source, self.indices, self.held_out, form)
         return Path(folder)
-
-
-@dataclass(frozen=True)
-class ViewProximity:
-    """How close picks, in order, are to the target views; printed as service.
-
-    A view's closest picked frame counts in full, the second closest half, the next a quarter, and
-    so on, by `fsel.features.conditioned.closeness`. Proximity is that sum over the same of all
-    frames, averaged over the views; all frames together give 1.
-
-    Attributes:
-        curve: (k,) service after each pick, never falling.
-        gain: (k,) what each pick added.
-        nearest_view: (k,) int64 the target view that each pick is closest to.
-    """
-
-    curve: np.ndarray
-    gain: np.ndarray
-    nearest_view: np.ndarray
-
-
-def proximity_of(
-    capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray
-) -> ViewProximity:
-    """Measure how close (k,) picks of a pool, (n,) ascending frames, are to T target views."""
-    close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
-    rows = np.searchsorted(pool, picks)
-    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
-    best = np.zeros((RANKS, len(views)))
-    curve = np.empty(len(rows))
-    for step, row in enumerate(rows):
-        best = _closest(np.concatenate([best, close[row, None]]))
-        curve[step] = np.mean(SHARES @ best / whole)
-    return ViewProximity(curve, np.diff(curve, prepend=0.0), np.argmax(close[rows], axis=1))
-
-
-def _closest(closeness: np.ndarray) -> np.ndarray:
-    """(..., RANKS, T) the largest of (..., m, T), falling."""
-    return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
 
 
 @dataclass(frozen=True)
@@ -169,12 +126,16 @@ class Outcome:
     seen: SparsePoints | None = None
 
     @cached_property
-    def service(self) -> ViewProximity:
-        """Proximity of the picks to the targets."""
-        pool, views = self.targets.pool(self.capture), self.targets.views
-        if self.targets.kind == ALL:
-            views = self.capture.view(self.served)
-        return proximity_of(self.capture, views, pool, self.selection.indices)
+    def shift(self) -> np.ndarray:
+        """(k, T) how far the image moves from each pick to each view, see `image_shift`."""
+        whole, picks = self.targets.kind == ALL, self.capture.view(self.selection.indices)
+        views = self.capture.view(self.served) if whole else self.targets.views
+        return image_shift(picks, views, float(np.median(viewing_distance(picks, self.seen))))
+
+    @cached_property
+    def mean_shift(self) -> np.ndarray:
+        """(k,) mean over the views of their shift to the nearest pick so far, never rising."""
+        return np.minimum.accumulate(self.shift, axis=0).mean(axis=1)
 
     @property
     def sharpness(self) -> np.ndarray | None:
@@ -185,7 +146,7 @@ class Outcome:
 
     @cached_property
     def served(self) -> np.ndarray:
-        """(T,) frames that service is measured at where the whole capture is the target."""
+        """(T,) frames that stand for the views where the whole capture is the target."""
         return evenly(len(self.capture), MOST_VIEWS)
 
     @cached_property

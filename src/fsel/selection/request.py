@@ -22,7 +22,6 @@ from fsel.selection.panoramas import panorama_of
 from fsel.selection.targets import ALL, Request, Targets, check_count, check_targets, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
-from fsel.selectors.policies import ScoringMethod
 
 LEAST_FRAMES = 3
 AUTO = "auto"
@@ -44,14 +43,12 @@ class SelectionRequest:
     """
 
     source: Capture | LazyCapture | None
-    k: int | str | Auto | None
+    k: int | str | Auto
     targets: Request = None
     method: str | Method | None = None
     seed: int = 0
     weights: str | Path | None = None
     patience: float | TimeBudget | None = None
-    cover: int = 0
-    cover_share: float = 1.0
     sharpness: np.ndarray | SharpnessOf | None = None
     focus: Focus | str | Path | Sequence[float] | None = None
     descriptors: np.ndarray | Describe | None = None
@@ -82,12 +79,12 @@ class SelectionRequest:
 
 @dataclass(frozen=True)
 class CheckedRequest:
-    """A request that can be served, and what its words stand for; k is None for as many frames as a
-    cover takes, and `panorama` the number of each frame's, (N,), where they are picked whole."""
+    """A request that can be served, and what its words stand for; `panorama` is the number of each
+    frame's, (N,), where they are picked whole."""
 
     request: SelectionRequest
     capture: Capture
-    k: int | Auto | None
+    k: int | Auto
     targets: Targets
     method: Method
     focus: Focus | None
@@ -113,29 +110,29 @@ def checked_request(request: SelectionRequest) -> CheckedRequest:
     targets = targets.wished(capture, request.always, request.never)
     number = panorama_of(capture)
     if request.views and number is None:
-        raise ValueError(f"{capture.source}: views (--views) are of panoramas; it has none")
+        raise ValueError(f"{capture.source}: `views=True` is for panoramas; it has none")
     number = None if request.views else number
-    if number is not None and (request.cover or not isinstance(k, int)):
+    if number is not None and not isinstance(k, int):
         raise ValueError(
-            f"{capture.source}: of panoramas a number k is picked, without a cover. Hint: views "
-            "(--views) picks their views one by one"
+            f"{capture.source}: of panoramas a number k is picked. Hint: `views=True` picks "
+            "their views one by one"
         )
     checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0), number)
     if isinstance(k, int):
         check_count(k, targets, capture, number, everything=method.name == ALL_FRAMES)
-    elif k is not None and k.memory is not None:
+    elif k.memory is not None:
         within(k.memory, k.size or capture.size, k.trainer)
     return replace(checked, patience=_time_budget(checked))
 
 
-def vet(request: SelectionRequest) -> tuple[Method, int | Auto | None]:
+def vet(request: SelectionRequest) -> tuple[Method, int | Auto]:
     """Refuse what needs no capture to be refused; return the method, and the number of frames.
 
     The files that a request names are looked for: finding poses may take an hour.
     """
     check_type("seed", request.seed, Integral, "a whole number")
     method = method_of(request.method, request.weights)
-    k = None if request.k is None else number_of(request.k)
+    k = number_of(request.k)
     if isinstance(k, int) and k < 1:
         raise ValueError(f"k is {k}; allowed: 1 or more frames, fewer than the capture has")
     check_targets(request.targets)
@@ -145,7 +142,6 @@ def vet(request: SelectionRequest) -> tuple[Method, int | Auto | None]:
     elif isinstance(request.focus, str | Path) and not Path(request.focus).is_dir():
         raise FileNotFoundError(f"{request.focus}: no such folder of masks")
     _check_number(request, k, method)
-    _check_cover(request, k, method)
     return method, k
 
 
@@ -178,47 +174,15 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
     return METHODS.checked(name)
 
 
-def _check_number(request: SelectionRequest, k: int | Auto | None, method: Method) -> None:
-    """Refuse what does not go with finding a number of frames, or with frames to keep."""
+def _check_number(request: SelectionRequest, k: int | Auto, method: Method) -> None:
+    """Refuse frames to keep where the number is to be found, or the method does not begin so."""
     auto = isinstance(k, Auto)
     if is_stated(request.always) and (auto or not method.begins):
         raise ValueError(
-            "frames to select always (--always) need a number of frames and a method that begins "
+            "`always=NAMES` needs a number of frames and a method that begins "
             f"with them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and the "
             f"method {method.name}"
         )
-    if auto and not method.nested:
-        from fsel.evaluation.methods import METHODS
-
-        nested = ", ".join(name for name, method in METHODS.items() if method.nested)
-        raise ValueError(
-            f"method is {method.name!r}, whose selections are not nested, as k=auto needs; "
-            f"allowed: {nested}. Hint: give a number k"
-        )
-
-
-def _check_cover(request: SelectionRequest, k: int | Auto | None, method: Method) -> None:
-    """Refuse a cover that cannot be, or that something else would break."""
-    cover, share = request.cover, request.cover_share
-    if cover < 0:
-        raise ValueError(f"cover is {cover}; allowed: 1 or more, the times to see each point")
-    if not 0 < share <= 1:
-        raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
-    if not cover:
-        if share < 1:
-            raise ValueError(f"cover_share is {share:g}, but no cover is given. Hint: --cover 2")
-        if k is None:
-            raise ValueError("neither k nor cover is given. Hint: -k 30")
-        return
-    against = ""
-    if is_stated(request.always):
-        against = "frames to select always"
-    elif isinstance(k, Auto):
-        against = "an automatic number of frames"
-    elif not isinstance(method, ScoringMethod):
-        against = f"the method {method.name}, which does not score frames"
-    if against:
-        raise ValueError(f"cover is {cover}, which cannot be combined with {against}")
 
 
 def _time_budget(checked: CheckedRequest) -> TimeBudget:
@@ -254,5 +218,4 @@ def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str
         return "an object is given"
     if targets.kind != ALL and not but_targets:
         return f"the views to render are given ({targets.kind})"
-    given = checked.request.cover or checked.k is None
-    return "a cover of the points is given" if given else ""
+    return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.geometry import lengths
+from fsel.core.geometry import lengths, pairwise_angles, pairwise_distances
 from fsel.core.points import SparsePoints, grouped_rows
 from fsel.selection.paths import attention
 
@@ -28,6 +28,17 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
         return lengths(attention(centers, views.axes) - centers)
     except ValueError:
         return np.full(len(views), lengths(centers - centers.mean(axis=0)).max())
+
+
+def image_shift(frames: Views, views: Views, depth: float) -> np.ndarray:
+    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
+
+    Parallax is the distance of the cameras over the depth of the scene.
+    """
+    apart = pairwise_distances(frames.centers, views.centers)
+    parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
+    turn = pairwise_angles(frames.axes, views.axes)
+    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
 
 
 def scene_distances(capture: Capture, frames: np.ndarray) -> np.ndarray:

@@ -13,13 +13,13 @@ from fsel.captures.lazy import LazyCapture, of_capture
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
 from fsel.captures.reporter import SILENT, Reporter
-from fsel.core.capture import Capture, Views
+from fsel.core.capture import Capture
 from fsel.core.problem import Method, Problem, checked_select
-from fsel.core.subsets import evenly, subset_key
+from fsel.core.subsets import subset_key
 from fsel.selection import budget
 from fsel.selection.bad_frames import in_words
-from fsel.selection.budget import Auto, Budget
-from fsel.selection.cover import cover_of, seeing_all
+from fsel.selection.budget import Auto
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem
@@ -31,25 +31,34 @@ from fsel.selectors.policies import Ranked, ScoringMethod
 def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outcome:
     """Select the frames of a request; the reporter names bad frames, and shows progress."""
     request, opened = checked.request, checked.request.opened
-    targets, health = checked.targets, None
+    targets, number, health, found = checked.targets, checked.k, None, None
     began, filed = time.perf_counter(), opened or of_capture(checked.capture)
     if filed is not None and not request.keep_bad:
         health = request.health or examined(filed, reporter.bar("health"), images=request.pictured)
         targets, health = without_bad(targets, checked.capture, checked.k, health, reporter)
-    if isinstance(checked.k, int):
-        targets = targets.with_stand_ins(checked.capture, checked.k)
+    if isinstance(number, Auto):
+        pool = len(targets.pool(checked.capture))
+        found = budget.find(number, pool, checked.capture.size)
+        number = found.frames
+    targets = targets.with_stand_ins(checked.capture, number)
     examined_at = time.perf_counter()
     capture = checked.capture if opened is None else _as_read(checked, opened, reporter)
     sharpness_of = _sharpness_of(checked, reporter)
     read = measured([checked.method], capture, sharpness_of, request.descriptors)
     seconds = {"health": examined_at - began, "images": time.perf_counter() - examined_at}
-    selection, problem = _selection(replace(checked, targets=targets), capture, *read)
+    checked = replace(checked, targets=targets)
+    selection, problem = _selection(checked, number, capture, *read)
+    selection = replace(selection, budget=found)
     seconds["select"] = selection.seconds
-    return Outcome(capture, targets, selection, problem, checked.method, health, seconds)
+    outcome = Outcome(capture, targets, selection, problem, checked.method, health, seconds)
+    gap = gap_of(outcome)
+    if gap is not None and gap.wide:
+        reporter.warn(str(gap))
+    return outcome
 
 
 def without_bad(
-    targets: Targets, capture: Capture, k: int | Auto | None, health: Health, reporter: Reporter
+    targets: Targets, capture: Capture, k: int | Auto, health: Health, reporter: Reporter
 ) -> tuple[Targets, Health]:
     """Leave the bad frames of a capture out of what may be selected, and report them.
 
@@ -64,23 +73,20 @@ def without_bad(
 
 
 def _selection(
-    checked: CheckedRequest, capture: Capture, sharpness: np.ndarray, descriptors: np.ndarray | None
+    checked: CheckedRequest,
+    number: int,
+    capture: Capture,
+    sharpness: np.ndarray,
+    descriptors: np.ndarray | None,
 ) -> tuple[Selection, Problem]:
     """Pick frames of a capture that was read; the seconds that it takes count."""
-    started, request = time.perf_counter(), checked.request
-    targets, number, chosen = checked.targets, checked.k, None
+    started, request, targets = time.perf_counter(), checked.request, checked.targets
     ranked = _ranked_by(checked.method, request.seed)
     if checked.panorama is not None:
         stepwise = isinstance(checked.method, ScoringMethod)
         ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
-    if request.cover:
-        problem = seeing_all(problem, number, request.cover, request.cover_share)
-    count = len(problem.fixed_picks) if number is None else number
-    if isinstance(count, Auto):
-        frames, scores, chosen = _enough(problem, targets.views, ranked, count)
-    else:
-        frames, scores = ranked(problem, count)
+    frames, scores = ranked(problem, number)
     tried = None
     if checked.patience.seconds and len(problem.fixed_picks) < len(frames):
         from fsel.selection.halving import validated  # here: it imports a reconstructor
@@ -89,22 +95,19 @@ def _selection(
     if tried is not None and subset_key(tried.frames) != subset_key(frames):
         frames, scores = tried.frames, np.full(len(frames), np.nan)
     seconds = time.perf_counter() - started
-    names, reached = tuple(capture.names[i] for i in frames), None
-    if request.cover:
-        reached = cover_of(problem, frames, request.cover, request.cover_share)
-    own = (chosen, tried, reached, targets.frames)
+    names = tuple(capture.names[i] for i in frames)
+    own = (None, tried, targets.frames)
     return Selection(names, frames, scores, seconds, checked.capture, *own), problem
 
 
 def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -> Capture:
-    """Return the capture with what the selection reads of it; finding a number of frames takes some
-    points, for the depth that they tell."""
+    """Return the capture with what the selection reads of it."""
     if {"appearance", "images"} & set(checked.method.reads):
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
-        if checked.method.tracks or checked.patience.seconds or checked.request.cover:
+        if checked.method.tracks or checked.patience.seconds:
             return opened.with_all_points()
-        return opened.with_points() if isinstance(checked.k, Auto) else opened.capture
+        return opened.capture
 
 
 def _sharpness_of(checked: CheckedRequest, reporter: Reporter) -> SharpnessOf:
@@ -118,27 +121,6 @@ def _sharpness_of(checked: CheckedRequest, reporter: Reporter) -> SharpnessOf:
     if opened is not None:
         return sharpness_among(opened.raw.images, opened.longest, reporter.bar("sharpness"))
     return lambda frames: measure_sharpness(checked.capture.images[frames])
-
-
-def _enough(
-    problem: Problem, views: Views, ranked: Ranked, auto: Auto
-) -> tuple[np.ndarray, np.ndarray, Budget]:
-    """Return picks, their scores, and how their number was found.
-
-    Where the whole capture is to be rendered, the number is that of picks for some of the views
-    along its path, as few as the prediction was fitted to.
-    """
-    worth = budget.shipped_worth()
-    unknown = problem.targets_unknown
-    rows = evenly(len(views), budget.WHOLE if unknown else len(views))
-    few = replace(problem, targets=views.subset(rows), proxies=problem.proxies[rows])
-    shift = budget.view_shift(problem.capture, problem.candidates, few.targets)
-    frames, scores = ranked(few, budget.most(shift, auto, worth))
-    in_order = shift[np.searchsorted(problem.candidates, frames)]
-    chosen = budget.find(in_order, auto, problem.capture.size, worth)
-    if unknown:
-        frames, scores = ranked(problem, chosen.frames)
-    return frames[: chosen.frames], scores[: chosen.frames], chosen
 
 
 def _ranked_by(method: Method, seed: int) -> Ranked:

@@ -90,7 +90,7 @@ class Targets:
             (self.frames, "is held out as a target", "being held out as targets"),
             (self.blind, "sees nothing of the object", "not seeing the object"),
             (self.never, "is never to be selected", "being unwanted"),
-            (self.bad, "is bad", "being bad (--keep-bad keeps them)"),
+            (self.bad, "is bad", "being bad (`keep_bad=True` keeps them)"),
         ]
 
     def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:

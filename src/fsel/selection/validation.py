@@ -12,7 +12,9 @@ import numpy as np
 from fsel.core.wording import check_type
 
 DEFAULT = 10.0  # seconds, where nobody says what will be rendered
+CEILING = 6.0  # times the patience after which planned reconstructions are left out
 LEAST_TARGETS = 3  # of which there are images
+LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,9 @@ class ValidationResult:
         trials: first uniform sampling, or what the rule picks for stated targets.
         kept: name of the selection that was kept.
         fits: reconstructions, all together.
-        cut: whether the time was over before all planned reconstructions were made.
+        cut: whether planned reconstructions were left out: interrupted, or at the time's ceiling.
         on_targets: whether the images of the targets were looked at.
+        seconds: that were planned for.
     """
 
     trials: tuple[CandidateScore, ...]
@@ -58,6 +61,7 @@ class ValidationResult:
     fits: int
     cut: bool
     on_targets: bool = False
+    seconds: float = DEFAULT
 
     @property
     def frames(self) -> np.ndarray:
@@ -69,6 +73,11 @@ class ValidationResult:
         """The most frames that one selection was scored on."""
         return max(trial.validation for trial in self.trials)
 
+    @property
+    def rule(self) -> AcceptanceRule:
+        """Conditions on which the first selection would have been replaced."""
+        return STATED if self.on_targets else WHOLE
+
 
 @dataclass(frozen=True)
 class TimeBudget:
@@ -78,10 +87,13 @@ class TimeBudget:
         seconds: as many reconstructions are planned as a slow processor makes in that time, so
             that a faster one ends sooner with the same picks; 0 validates nothing.
         progress: called with the fits made, those planned and the seconds; False ends it.
+        ceiling: times the seconds, counted once all is read and compiled, after which
+            reconstructions that are not made are left out.
     """
 
     seconds: float = DEFAULT
     progress: Callable[[int, int, float], bool] = lambda made, planned, gone: True
+    ceiling: float = CEILING
 
     def __post_init__(self) -> None:
         check_type("patience", self.seconds, Real, "seconds")
@@ -102,6 +114,10 @@ class AcceptanceRule(NamedTuple):
     margin: float
     validation: int
     sure: bool
+
+    def agreed(self, trial: CandidateScore) -> bool:
+        """Return whether each reconstructor puts a selection ahead, and not behind in SSIM."""
+        return not self.sure or (trial.least > LEAST_GAIN and trial.ssim >= 0)
 
 
 WHOLE = AcceptanceRule(0.5, 8, True)

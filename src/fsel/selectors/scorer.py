@@ -51,7 +51,7 @@ class Scorer(ABC):
             )
         try:
             return Linear.load(path) if suffix == ".json" else Network.load(path)
-        except (ValueError, TypeError, KeyError, SafetensorError) as error:
+        except (ValueError, TypeError, KeyError, RecursionError, SafetensorError) as error:
             raise ValueError(f"{path}: not a scorer: {error}") from error
 
 

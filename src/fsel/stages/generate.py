@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-import shutil
 from pathlib import Path
 
 from fsel.captures.layouts import LAYOUTS
-from fsel.core.files import File, unfinished
+from fsel.core.files import File
+from fsel.core.outputs import staged
 from fsel.synthetic import record
 
 logger = logging.getLogger(__name__)
@@ -19,7 +19,7 @@ def generate(
     """Ray-cast an embedded capture and write it as its dataset's owners would.
 
     Args:
-        folder: where to; what is there is replaced.
+        folder: where to; what an earlier run wrote there is replaced.
         layout: key of `fsel.captures.layouts.LAYOUTS`.
         family: one of `fsel.synthetic.FAMILIES`.
         frames: how many; width, height: pixels.
@@ -32,13 +32,6 @@ def generate(
         raise ValueError(f"layout is {layout!r}, which is read-only; {folder} cannot be written")
     folder = Path(folder)
     recording = record(family, seed, frames=frames, width=width, height=height)
-    partial = unfinished(folder)
-    try:
-        made = partial / folder.name  # some layouts write the scene's name
-        made.mkdir(parents=True)
+    with staged(folder, [], force=True) as made:
         write(recording, made)
-        shutil.rmtree(folder, ignore_errors=True)
-        made.replace(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)

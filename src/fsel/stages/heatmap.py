@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from fsel.core.files import File, Files
-from fsel.evaluation.figures import TEXT, new_figure, save
+from fsel.evaluation.figures import TEXT, footnote, new_figure, save
+from fsel.evaluation.latex import note
 from fsel.evaluation.statistics import ahead_of_all, holm
 from fsel.evaluation.summary import read_csv, write_csv
 from fsel.evaluation.sweep import BASELINES, with_all_label
@@ -40,7 +41,7 @@ def heatmap(
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    reconstructor: str = "",
+    facts: Mapping,
 ) -> None:
     """Draw the gain of fsel and `less_is_more` over the strongest baseline.
 
@@ -48,7 +49,7 @@ def heatmap(
         numbers, differences: what `fsel.stages.ksweep` wrote.
         cells: receives its numbers: method, rivals (`paper` or `all` baselines), and the columns of
             `gains`.
-        reconstructor: its name, where it is not the first; it is named under the figure.
+        facts: see `fsel.evaluation.latex.note`.
     """
     means, gaps = read_csv(numbers), read_csv(differences)
     panels, rows = {}, []
@@ -61,7 +62,7 @@ def heatmap(
         panels[title] = panel
         rows.append(panel.assign(method=method, rivals=rivals))
     write_csv(pd.concat(rows), cells)
-    draw(panels, labels, figures, reconstructor)
+    draw(panels, labels, figures, facts)
 
 
 def gains(
@@ -105,13 +106,13 @@ def draw(
     panels: Mapping[str, pd.DataFrame],
     labels: Mapping[str, str],
     outputs: Files,
-    reconstructor: str = "",
+    facts: Mapping,
 ) -> None:
     """Draw one panel a method, on one colour scale from the least gain, or zero, to the greatest.
 
     Args:
         panels: title -> what `gains` returned; all over the same datasets and budgets.
-        reconstructor: to be named under the panels.
+        facts: see `fsel.evaluation.latex.note`; it stands under the panels.
     """
     from matplotlib.colors import Normalize
 
@@ -128,11 +129,11 @@ def draw(
     bar.set_label("PSNR gain (dB)", fontsize=8)
     bar.ax.axhline(0, color="black", linewidth=0.8)
     bar.ax.tick_params(labelsize=7)
-    made = f"; reconstructor: {reconstructor}" if reconstructor else ""
-    figure.supxlabel(
+    footnote(
+        figure,
         "number: over the baseline with the highest mean of the cell; n: scenes; bold and *: ahead "
-        f"of every baseline\n(paired t-tests on scene means, 5%, Holm over a panel's cells){made}",
-        fontsize=7,
+        f"of every baseline (paired t-tests on scene means, 5%, Holm over a panel's cells). "
+        f"{note(facts)}",
     )
     save(figure, outputs)
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_table
 from fsel.core.split import evaluation_split, partition
@@ -33,6 +32,9 @@ def split(
     for draw, output in enumerate(splits):
         every = np.arange(len(capture))
         if protocol:
+            # here: a layout takes longer to import than this
+            from fsel.captures.layouts.dl3dv import read_protocol
+
             chosen = read_protocol(names=capture.names, **protocol).targets
             made = partition(capture, chosen, every)
         elif hold_out and hold_out["every"]:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.core.compiled import exact, inlined
+from fsel.core.compiled import exact, exact_part
 
 BINS = 12
 LEAF = 4  # triangles that are not split further
@@ -86,26 +86,26 @@ def _split(low, high, middle):
     return order, boxes, first[:used].copy(), count[:used].copy()
 
 
-@inlined
+@exact_part
 def _empty(box):
     for c in range(3):
         box[c], box[3 + c] = np.inf, -np.inf
 
 
-@inlined
+@exact_part
 def _extend(box, low, high):
     for c in range(3):
         box[c], box[3 + c] = min(box[c], low[c]), max(box[3 + c], high[c])
 
 
-@inlined
+@exact_part
 def _surface(box):
     """Half of a box's surface."""
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x
 
 
-@exact
+@exact_part
 def _halve(low, high, middle, rows, bins, filled, behind):
     """Bring the triangles on one side of a plane across the longest side to the front, and count
     them: at least 1, not all; `bins`, `filled` and `behind` are memory to write to."""
@@ -134,7 +134,7 @@ def _halve(low, high, middle, rows, bins, filled, behind):
     return front
 
 
-@exact
+@exact_part
 def _least_cost(bins, filled, behind):
     """First bin of the second part, so that surface times triangles is least over both parts."""
     around, n = np.empty(6, np.float32), 0
@@ -170,7 +170,7 @@ def _trace(low, high, first, count, corners, numbers, origins, rays, reach, any_
     return met
 
 
-@exact
+@exact_part
 def _load(origins, rays, reach, start, filled, packet):
     """Write rays side by side; a place that is left over reaches nothing."""
     for k in range(LANES):
@@ -183,7 +183,7 @@ def _load(origins, rays, reach, start, filled, packet):
         packet[REACH + k] = reach[i] if k < filled else np.float32(-1)
 
 
-@inlined
+@exact_part
 def _enter(low, high, box, packet):
     """Least distance at which one of the rays enters a box, infinite where none does."""
     x0, y0, z0 = low[box, 0], low[box, 1], low[box, 2]
@@ -201,7 +201,7 @@ def _enter(low, high, box, packet):
     return least
 
 
-@inlined
+@exact_part
 def _farthest(packet):
     """Distance beyond which no ray meets anything new."""
     most = packet[REACH]
@@ -210,7 +210,7 @@ def _farthest(packet):
     return most * SLACK
 
 
-@inlined
+@exact_part
 def _meet(corner, number, packet, any_will_do):
     """Let rays meet a triangle."""
     ax, ay, az = corner[0], corner[1], corner[2]
@@ -234,7 +234,7 @@ def _meet(corner, number, packet, any_will_do):
         packet[REACH + k] = end if hit else packet[REACH + k]
 
 
-@exact
+@exact_part
 def _descend(low, high, first, count, corners, numbers, packet, waiting, distance, any_will_do):
     """Follow the rays of `packet` through the boxes, the nearer ones first."""
     waiting[0], distance[0], left = 0, _enter(low, high, 0, packet), 1

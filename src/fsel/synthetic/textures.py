@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 
-F = np.float32
+F, N = np.float32, np.int64  # a bare number would compile a function anew
 
 PLAIN, NOISE, BRICK, PLANK, TILE, STRIPE, POSTER, BOOKS, LEAVES, COBBLE, RUG, MARBLE = range(12)
 SUN_SHARE = F(0.75)
@@ -20,7 +20,7 @@ def material(kind: int, first, second, third, scale: float, seed: int, gloss: fl
     return np.array([kind, *first, *second, *third, scale, seed, gloss], np.float32)
 
 
-@exact
+@exact_part
 def _hash(x, y, z, seed):
     h = np.uint32(x) * np.uint32(374761393) + np.uint32(y) * np.uint32(668265263)
     h += np.uint32(z) * np.uint32(2147483647) + np.uint32(seed) * np.uint32(1274126177)
@@ -29,7 +29,7 @@ def _hash(x, y, z, seed):
     return F(h & np.uint32(65535)) * F(1.0 / 65535.0)
 
 
-@exact
+@exact_part
 def _noise(x, y, z, seed):
     """Trilinear value noise in 0..1."""
     ix, iy, iz = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
@@ -46,7 +46,7 @@ def _noise(x, y, z, seed):
     return total
 
 
-@exact
+@exact_part
 def _fractal(x, y, z, seed):
     return (
         F(0.55) * _noise(x, y, z, seed)
@@ -55,86 +55,86 @@ def _fractal(x, y, z, seed):
     )
 
 
-@exact
+@exact_part
 def _unit(value):
     return min(max(value, F(0)), F(1))
 
 
-@exact
+@exact_part
 def _brick(u, v, seed):
     row = int(np.floor(v * F(2)))
     along = u + F(0.5) * (row % 2)
     column = int(np.floor(along))
     mortar = v * F(2) - row < F(0.16) or along - column < F(0.08)
-    return _hash(row, column, 3, seed), F(1) if mortar else F(0), F(1)
+    return _hash(row, column, N(3), seed), F(1) if mortar else F(0), F(1)
 
 
-@exact
+@exact_part
 def _plank(u, v, seed):
     row = int(np.floor(v))
     grain = _noise(u * F(0.8), v * F(9), F(row * 5), seed)
-    board = _hash(row, int(np.floor(u / F(6) + row * F(0.37))), 1, seed)
+    board = _hash(row, int(np.floor(u / F(6) + row * F(0.37))), N(1), seed)
     return F(0.5) * board + F(0.5) * grain, F(1) if v - row < F(0.09) else F(0), F(1)
 
 
-@exact
+@exact_part
 def _tile(u, v, seed):
     row, column = int(np.floor(v)), int(np.floor(u))
-    blend = F((row + column) % 2) * F(0.6) + F(0.4) * _hash(row, column, 2, seed)
+    blend = F((row + column) % 2) * F(0.6) + F(0.4) * _hash(row, column, N(2), seed)
     return blend, F(1) if v - row < F(0.06) or u - column < F(0.06) else F(0), F(1)
 
 
-@exact
+@exact_part
 def _stripe(u, v, seed):
     wave = (u + F(0.12) * _noise(u, v, F(0), seed)) % F(1)
     return F(1) if wave < F(0.5) else F(0), F(0.7) if (v % F(2.7)) < F(0.35) else F(0), F(1)
 
 
-@exact
+@exact_part
 def _poster(u, v, seed):
     row, column = int(np.floor(v)), int(np.floor(u))
-    du = u - column - F(0.3) - F(0.4) * _hash(row, column, 8, seed)
-    dv = v - row - F(0.3) - F(0.4) * _hash(row, column, 9, seed)
-    radius = F(0.15) + F(0.3) * _hash(row, column, 10, seed)
+    du = u - column - F(0.3) - F(0.4) * _hash(row, column, N(8), seed)
+    dv = v - row - F(0.3) - F(0.4) * _hash(row, column, N(9), seed)
+    radius = F(0.15) + F(0.3) * _hash(row, column, N(10), seed)
     third = F(1) if du * du + dv * dv < radius * radius else F(0)
-    return _hash(row, column, 5, seed), third, F(0.6) + F(0.6) * _hash(row, column, 11, seed)
+    return _hash(row, column, N(5), seed), third, F(0.6) + F(0.6) * _hash(row, column, N(11), seed)
 
 
-@exact
+@exact_part
 def _books(u, v, seed):
     column = int(np.floor(u * F(3)))
     row = int(np.floor(v))
-    third = F(1) if _hash(column, row, 6, seed) < F(0.3) else F(0)
+    third = F(1) if _hash(column, row, N(6), seed) < F(0.3) else F(0)
     edge = u * F(3) - column
-    light = F(0.3) if edge < F(0.12) else F(0.5) + F(0.8) * _hash(column, 1, 12, seed)
-    return _hash(column, row, 4, seed), third, light
+    light = F(0.3) if edge < F(0.12) else F(0.5) + F(0.8) * _hash(column, N(1), N(12), seed)
+    return _hash(column, row, N(4), seed), third, light
 
 
-@exact
+@exact_part
 def _leaves(x, y, z, seed):
     blend = _unit((_fractal(x * F(2), y * F(2), z * F(2), seed) - F(0.3)) * F(2.5))
     third = F(1) if _noise(x * F(3), y * F(3), z * F(3), seed + 3) > F(0.8) else F(0)
     return blend, third, F(0.4) + F(1.1) * _noise(x * F(1.2), y * F(1.2), z * F(1.2), seed + 5)
 
 
-@exact
+@exact_part
 def _cobble(u, v, seed):
     """Cells of scattered stones: the nearest two decide the stone and the joint."""
     row, column = int(np.floor(v)), int(np.floor(u))
     first, second, tone = F(9), F(9), F(0)
     for r in range(row - 1, row + 2):
         for c in range(column - 1, column + 2):
-            du = u - c - F(0.15) - F(0.7) * _hash(r, c, 1, seed)
-            dv = v - r - F(0.15) - F(0.7) * _hash(r, c, 2, seed)
+            du = u - c - F(0.15) - F(0.7) * _hash(r, c, N(1), seed)
+            dv = v - r - F(0.15) - F(0.7) * _hash(r, c, N(2), seed)
             away = np.sqrt(du * du + dv * dv)
             if away < first:
-                first, second, tone = away, first, _hash(r, c, 3, seed)
+                first, second, tone = away, first, _hash(r, c, N(3), seed)
             elif away < second:
                 second = away
     return tone, F(1) if second - first < F(0.12) else F(0), F(1.1) - F(0.3) * first
 
 
-@exact
+@exact_part
 def _rug(u, v, seed):
     """Nested diamonds between bands, as woven."""
     band = int(np.floor(v / F(2)))
@@ -142,16 +142,17 @@ def _rug(u, v, seed):
     dv = abs(v / F(2) - band - F(0.5))
     ring = int(np.floor((du + dv) * F(6)))
     third = F(1) if dv > F(0.43) else F(0)
-    return _hash(ring, band % 2, 7, seed), third, F(0.75) + F(0.4) * _hash(ring, 3, 8, seed)
+    light = F(0.75) + F(0.4) * _hash(ring, N(3), N(8), seed)
+    return _hash(ring, band % 2, N(7), seed), third, light
 
 
-@exact
+@exact_part
 def _marble(x, y, z, seed):
     vein = abs((x + z + F(3) * _fractal(x, y, z, seed)) % F(1) - F(0.5)) * F(2)
     return F(1) - vein, F(1) if vein < F(0.12) else F(0), F(1)
 
 
-@exact
+@exact_part
 def _pattern(kind, x, y, z, u, v, seed):
     """Blend of the first two colours, the third's share, and a brightness."""
     if kind == PLAIN:
@@ -179,7 +180,7 @@ def _pattern(kind, x, y, z, u, v, seed):
     return _marble(x, y, z, seed)
 
 
-@exact
+@exact_part
 def _albedo(point, normal, row, out):
     """The material's colour at a point, flat patterns laid along the nearest axis plane."""
     scale, seed = row[10], int(row[11])
@@ -192,7 +193,7 @@ def _albedo(point, normal, row, out):
     else:
         u, v = x, z
     blend, third, light = _pattern(int(row[0]), x, y, z, u, v, seed)
-    wear = _noise(point[0] * GRAIN, point[1] * GRAIN, point[2] * GRAIN, 11)
+    wear = _noise(point[0] * GRAIN, point[1] * GRAIN, point[2] * GRAIN, N(11))
     light *= F(0.7) + F(0.6) * wear
     for c in range(3):
         colour = row[1 + c] * (F(1) - blend) + row[4 + c] * blend

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import yaml
@@ -13,31 +12,32 @@ import yaml
 from fsel.workflow import inputs, scenes
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.schema import complete, read_schema
+from fsel.workflow.settings import Locate
 
 HINT = "scorers are in config/scorers.yaml, configurations in config/feature_sweep.csv"
 
 
 @cache
-def _lists(folder: Path) -> Mapping[str, Any]:
-    """Read and check the scorers and the feature configurations of a folder's `config`."""
-    with (folder / "config" / "feature_sweep.csv").open(encoding="utf-8", newline="") as file:
+def _lists(locate: Locate) -> Mapping[str, Any]:
+    """Read and check the scorers and the feature configurations of the workflow's `config`."""
+    with open(locate("config/feature_sweep.csv"), encoding="utf-8", newline="") as file:
         configurations = list(csv.DictReader(file))
-    with (folder / "config" / "scorers.yaml").open(encoding="utf-8") as file:
+    with open(locate("config/scorers.yaml"), encoding="utf-8") as file:
         scorers = yaml.safe_load(file)
     lists = {"scorers": scorers, "configurations": configurations}
-    complete(lists, read_schema(folder / "workflow" / "schemas" / "cases.schema.yaml"), HINT)
+    complete(lists, read_schema(locate("workflow/schemas/cases.schema.yaml")), HINT)
     return lists
 
 
 def scorer_labels(experiment: Experiment) -> dict[str, str]:
     """Map every scorer to its printed label, in the table's order."""
-    scorers = _lists(experiment.folder)["scorers"]
+    scorers = _lists(experiment.locate)["scorers"]
     return {name: scorer["label"] for name, scorer in scorers.items()}
 
 
 def feature_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
     """Map every row's number to the paper's scorer with its features, in the table's order."""
-    lists = _lists(experiment.folder)
+    lists = _lists(experiment.locate)
     ours = {key: lists["scorers"]["less_is_more"][key] for key in ("module", "settings")}
     return {
         row["number"]: {
@@ -54,7 +54,7 @@ def scorer_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
     every = next(iter(feature_cases(experiment).values()))
     return {
         name: every | {key: scorer[key] for key in ("module", "settings")}
-        for name, scorer in _lists(experiment.folder)["scorers"].items()
+        for name, scorer in _lists(experiment.locate)["scorers"].items()
     }
 
 

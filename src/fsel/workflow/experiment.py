@@ -15,7 +15,6 @@ from typing import Any
 
 from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
-from fsel.core.files import mapped_array
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
@@ -23,7 +22,7 @@ from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.functions import home_of
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.settings import TRAINED, Settings, shipped
+from fsel.workflow.settings import PACKAGE, TRAINED, Settings, shipped
 
 DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
@@ -66,7 +65,7 @@ class Experiment(Settings):
     @cached_property
     def given_scorers(self) -> dict[str, str]:
         """File in the folder of given scorers -> the one that it copies: configured or shipped."""
-        ours = {name: [shipped(self.folder, name)] for name in ("fsel", "fsel_rule")}
+        ours = {name: [shipped(name)] for name in ("fsel", "fsel_rule")}
         named = (self.config["training"]["weights"] | ours).items()
         numbered = ((policy, *each) for policy, paths in named for each in enumerate(paths))
         return {f"{policy}.{n}{Path(path).suffix}": path for policy, n, path in numbered}
@@ -232,7 +231,7 @@ class Experiment(Settings):
     @cached_property
     def _library(self) -> Library:
         # what a rule passes on is compared as its inputs and params
-        folder = Path(os.path.relpath(self.folder / "src" / "fsel"))
+        folder = Path(os.path.relpath(PACKAGE))
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 
     @cached_property
@@ -295,4 +294,11 @@ def gpus_of(poses: str | Section) -> int | None:
 def captured(files: Iterable[str]) -> float:
     """Frames of the largest capture that is there, over those that a rule's numbers are for."""
     there = [path for path in files if Path(path).name == "images.npy" and os.path.exists(path)]
-    return max([1.0, *(len(mapped_array(path)) / DECLARED_FRAMES for path in there)])
+    return max([1.0, *(_frames(path) / DECLARED_FRAMES for path in there)])
+
+
+def _frames(path: str) -> int:
+    """Return the length of an array in a .npy file, by its header; NumPy is not imported for it."""
+    with open(path, "rb") as file:
+        found = re.search(rb"'shape': \((\d+)", file.read(256))
+    return int(found[1]) if found else 0

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import combinations
 from operator import attrgetter
 
 STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "budget_curves": "fit_budget:budget_curves",  # of tools
-    "fit_budget": "fit_budget:fit_budget",
     "selections": f"{STAGES}.curate:selections",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
@@ -47,26 +46,23 @@ LISTED = {
     "teaser": f"{PAPER}.views:qualitative",
     "qualitative": f"{PAPER}.views:qualitative",
     "real_world": f"{PAPER}.views:real_world",
-    "select_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.select",
-    "evaluate_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.evaluate",
-    "candidate_pools": f"{STUDIES}.candidate_pools:candidate_pools",
     "selection_time": f"{STUDIES}.selection_time:selection_time",
     "speed_settings": f"{STUDIES}.bench:speed_settings",
     "speed_error": f"{STUDIES}.speed_error:speed_error",
-    "economy": f"{STUDIES}.economy:economy",
     "stability": f"{STUDIES}.stability:stability",
 }
 
 
 def home_of(rule: str) -> str:
-    """Return `module:function` of a rule; words after a stage's name are those of a variant."""
-    if rule in LISTED:
-        return LISTED[rule]
+    """Return `module:function` of a rule, by the longest part of its name that is known: other
+    words are those of a variant, or of a workflow that imports it with `as fsel_*`."""
     words = rule.split("_")
-    for n in range(len(words), 0, -1):
-        stage = "_".join(words[:n])
-        if find_spec(f"{STAGES}.{stage}"):
-            return f"{STAGES}.{stage}:{stage}"
+    for start, end in sorted(combinations(range(len(words) + 1), 2), key=lambda s: s[0] - s[1]):
+        part = "_".join(words[start:end])
+        if part in LISTED:
+            return LISTED[part]
+        if find_spec(f"{STAGES}.{part}"):
+            return f"{STAGES}.{part}:{part}"
     raise ValueError(f"rule {rule}: neither listed nor named as a stage in {STAGES}")
 
 

@@ -11,12 +11,14 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 # bytes: every evaluation makes and drops arrays of megabytes: glibc would return their pages to
 # the kernel each time and request them anew, 8 % of a search
 INHERITED = dict.fromkeys(["MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"], str(32 << 20))
 LEVEL = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}  # of x86-64-v3, as the kernel names them
+WIDE = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}  # OpenCV's AVX512-SKX
 PINNED = {
     "NUMBA_CPU_NAME": "haswell",
     "NUMBA_CPU_FEATURES": "",  # the processor's own would be added to what the name says
@@ -36,15 +38,25 @@ def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
     if platform.machine() not in ("x86_64", "AMD64"):
         return {}
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
-    features = next((set(line.split()) for line in lines if line.startswith("flags")), LEVEL)
-    return dict(PINNED) if features >= LEVEL else {}
+    flags = (set(line.split()) for line in lines if line.startswith("flags"))
+    features = next(flags, LEVEL | WIDE)
+    if not features >= LEVEL:
+        return {}
+    # each process of OpenCV complains of what it is to switch off and does not find
+    wide = features >= WIDE
+    return {k: v for k, v in PINNED.items() if wide or k != "OPENCV_CPU_DISABLE"}
 
 
-def prepare(source: Path, verbose: bool = False) -> None:
+def prepare(clone: Path | None, verbose: bool = False) -> None:
     """Set what every job inherits, unless it is set already, and print what is set otherwise where
-    `verbose`; `source` is the folder of the library that jobs run."""
-    others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, dict.fromkeys([str(source), *others])))
+    `verbose`; jobs run the library of a clone of the repository, or the installed one."""
+    if clone is not None:
+        found = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+        search = dict.fromkeys([str(clone / "src"), *found])
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, search))
+    # what workflow/envs/fsel.post-deploy.sh installs
+    source = f"fsel[workflow]=={version('fsel')}" if clone is None else f"{clone}[workflow]"
+    os.environ["FSEL"] = source
     own = pinned()
     for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)

@@ -18,7 +18,7 @@ from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.settings import PAGE
 
 TRANSFER, CHOICE, PICTURES = "transfer", "reconchoice", "pictures"  # sections with reconstructors
-STAND_INS = Path("config", "stand_ins.yaml")
+STAND_INS = "config/stand_ins.yaml"
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,6 @@ class Paper:
         return {
             "handsign": (),
             "seedvar": (),
-            "candidate_pools": (),
             "ga_vs_learned": (partial(scenes.held_out_problems, made),),
             "time_quality": (partial(scenes.held_out, made), labels),
             "crosscapture": (partial(scenes.rooms, made),),
@@ -147,7 +146,7 @@ class Paper:
     def _without(self, configfiles: Sequence[str]) -> list[str]:
         """Describe how a run goes without what is not here, and what it makes then."""
         experiment = self.experiment
-        files = [*map(Path, configfiles), experiment.folder / STAND_INS]
+        files = [*map(Path, configfiles), Path(experiment.locate(STAND_INS))]
         given = " ".join(os.path.relpath(path) for path in files)
         allowed = " --config allow_missing=True" if experiment.datasets.missing else ""
         lines = [

@@ -1,4 +1,8 @@
-"""Needs of a configuration that are not here: datasets, reconstructors, weights, packages."""
+"""Needs of a configuration that are not here: datasets, reconstructors, weights, packages.
+
+What asks a reconstructor, a network or a scorer is imported where the configuration names one:
+rules are read in an environment with Snakemake alone, and in fewer seconds.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +14,8 @@ from importlib.util import find_spec
 from threading import Thread
 from typing import Any
 
-from fsel.captures.colmap.runs import work_of
 from fsel.core.programs import MissingRequirement
-from fsel.features import appearance
-from fsel.metrics import lpips
 from fsel.reconstruct import check_needs
-from fsel.selectors import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import MissingProgram, Refusal
@@ -44,9 +44,15 @@ def missing_programs(experiment: Experiment) -> list[str]:
     for dataset, entry in experiment.datasets.entries.items():
         lines += _missing_poses(f"datasets.{dataset}.poses", entry["poses"])
     config = experiment.config
-    own_lpips = experiment.wants_lpips and not experiment.fetches_lpips
-    checks: list[tuple[Callable[..., object], Section]] = [(appearance.check, config["appearance"])]
-    checks += [(lpips.located, config["lpips"])] if own_lpips else []
+    checks: list[tuple[Callable[..., object], Section]] = []
+    if config["appearance"] != {"kind": "lab_hog", "weights": None}:
+        from fsel.features import appearance
+
+        checks.append((appearance.check, config["appearance"]))
+    if experiment.wants_lpips and not experiment.fetches_lpips:
+        from fsel.metrics import lpips
+
+        checks.append((lpips.located, config["lpips"]))
     for check, settings in checks:
         try:
             check(**settings)
@@ -64,6 +70,8 @@ def check_scorers(experiment: Experiment) -> None:
     """Refuse scorers of the configuration that are not there, or are none of their policy."""
     for policy, paths in experiment.config["training"]["weights"].items():
         for path in paths:
+            from fsel.selectors import pretrained
+
             try:
                 pretrained.own(path, policy)
             except (ValueError, OSError) as error:
@@ -108,7 +116,11 @@ def _missing_of(named: Iterable[tuple[str, str, Section]]) -> list[str]:
 
 def _missing_poses(where: str, poses: str | Section) -> list[str]:
     """List what a program for poses needs and is not here."""
-    return [] if isinstance(poses, str) else _lacking(where, partial(work_of, poses))
+    if isinstance(poses, str):
+        return []
+    from fsel.captures.colmap.runs import work_of
+
+    return _lacking(where, partial(work_of, poses))
 
 
 def _lacking(where: str, check: Callable[..., object]) -> list[str]:

@@ -63,11 +63,6 @@ def from_labels(experiment: Experiment, files: Any) -> Any:
     return files
 
 
-def evaluated(experiment: Experiment) -> Scenes:
-    """List the evaluation scenes of all datasets."""
-    return experiment.evaluation_scenes
-
-
 def held_out(experiment: Experiment) -> Scenes:
     """List the evaluation scenes of the labelled dataset, at least one."""
     trained = experiment.trained
@@ -81,7 +76,7 @@ def held_out(experiment: Experiment) -> Scenes:
 def searched(experiment: Experiment) -> Scenes:
     """List the evaluation scenes on which selections are compared with the search."""
     everywhere = experiment.config["oracle"]["everywhere"]
-    return evaluated(experiment) if everywhere else held_out(experiment)
+    return experiment.evaluation_scenes if everywhere else held_out(experiment)
 
 
 def held_out_problems(

@@ -20,9 +20,9 @@ from fsel.workflow.refusal import Refusal
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
 
 
-def read_schema(path: Path) -> dict[str, Any]:
+def read_schema(path: str | Path) -> dict[str, Any]:
     """Return a schema with the names of its registries in their places."""
-    found: dict[str, Any] = _with_names(yaml.safe_load(path.read_text(encoding="utf-8")))
+    found: dict[str, Any] = _with_names(yaml.safe_load(Path(path).read_text(encoding="utf-8")))
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, product
@@ -14,16 +14,16 @@ from typing import Any, Self
 import yaml
 
 from fsel.core.names import name_seed
-from fsel.selectors.pretrained import FILES
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema
 
+PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
-BUDGET_SCENES = 3  # of each dataset, that `-k auto` is fitted to
 TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
 Scene = tuple[str, str]  # dataset, scene
+Locate = Callable[[str], str | Path]  # path in the repository of the workflow -> where it is
 
 
 @dataclass(frozen=True)
@@ -31,32 +31,32 @@ class Settings:
     """A configuration with its defaults, whose parts fit together: scenes, problems and seeds."""
 
     config: Mapping[str, Any]  # every key with its value; `datasets` are those that are there
-    folder: Path  # of the workflow, where `workflow`, `config` and `src` lie
+    locate: Locate
     datasets: Datasets
     reconstructors: Mapping[str, Section]  # those that evaluate, by name; the first labels too
     labeller: Section  # the reconstructor that labels
     without_lpips: str = ""  # why GMSD stands in the place of LPIPS; empty where it does not
 
     @classmethod
-    def load(cls, config: dict[str, Any], folder: Path, asks: bool = True) -> Self:
+    def load(cls, config: dict[str, Any], locate: Locate, asks: bool = True) -> Self:
         """Put defaults into a configuration and take it apart, without datasets that are not there,
         which a job need not ask (it sees its inputs alone); refuse unknown keys, values, and keys
         that do not fit together."""
-        schemas = folder / "workflow" / "schemas"
-        complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)
-        path = Path(config["sources"] or folder / "config" / "sources.yaml")
+        complete(config, read_schema(locate("workflow/schemas/config.schema.yaml")), PAGE)
+        path = Path(config["sources"] or locate("config/sources.yaml"))
         if not path.is_file():
             raise Refusal(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
-        complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
+        schema = read_schema(locate("workflow/schemas/sources.schema.yaml"))
+        complete(sources, schema, f"in {path}", str(path))
         trusted = not asks and not config["allow_missing"]
         datasets = Datasets.of(config["datasets"], sources, trusted)
         named = reconstructors.named(config["reconstruction"], "reconstruction")
         search = dict(config["search"])
         labeller = search.pop("reconstruction") or next(iter(named.values()))
         own = {**config, "datasets": datasets.entries, "search": search}
-        own |= _as_shipped(config, datasets.entries, folder)
-        return cls(own, folder, datasets, named, reconstructors.without_name(labeller))
+        own |= _as_shipped(config, datasets.entries)
+        return cls(own, locate, datasets, named, reconstructors.without_name(labeller))
 
     def check(self) -> None:
         """Refuse too few scenes or frames, which would only be seen after hours of work."""
@@ -150,12 +150,6 @@ class Settings:
         one = [[level] for level in self.config["coverage_turns"]]
         return dict(zip(self.labelled, cycle(one or [sorted(self.config["coverages"])])))
 
-    @property
-    def budget_scenes(self) -> list[str]:
-        """List dataset/scene of the first `train` scenes of every dataset, for `fit_budget`."""
-        datasets, scenes = self.datasets.entries, self.scenes
-        return [f"{d}/{s}" for d in datasets for s in scenes(d, "train")[:BUDGET_SCENES]]
-
     def frames_needed(self, role: str) -> int:
         """Return the least frames of a scene: targets, their proxies, and the largest budget."""
         config = self.config
@@ -210,17 +204,18 @@ class Settings:
         }
 
 
-def shipped(folder: Path, policy: str) -> str:
+def shipped(policy: str) -> str:
     """Return the path of the scorer of a policy that comes with the package."""
-    return os.path.relpath(folder / "src" / "fsel" / "selectors" / "weights" / FILES[policy])
+    (path,) = (PACKAGE / "selectors" / "weights").glob(f"{policy}.*")
+    return os.path.relpath(path)
 
 
-def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> dict[str, Any]:
+def _as_shipped(config: Section, there: Mapping[str, Section]) -> dict[str, Any]:
     """Return the sections that differ without `train` scenes: the shipped scorers are measured."""
     if any(roles_of(entry).get("train") for entry in config["datasets"].values()):
         return {}
     training = config["training"]
     named = training["dataset"] in there
     dataset = training["dataset"] if named else next(iter(there), training["dataset"])
-    weights = {policy: [shipped(folder, policy)] for policy in TRAINED} | training["weights"]
+    weights = {policy: [shipped(policy)] for policy in TRAINED} | training["weights"]
     return {"training": {**training, "dataset": dataset, "weights": weights}}

@@ -8,7 +8,7 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsel.captures.colmap import features, runs
+from fsel.captures.colmap import features, runs, sift
 from fsel.captures.colmap.runs import Part, Work, work_of
 from fsel.captures.read import read_folder
 from fsel.cli import main
@@ -121,19 +121,33 @@ def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
     assert "--features is for poses by COLMAP" in capsys.readouterr().err
 
 
-def test_large_frames_of_videos_are_reduced_and_not_enlarged(tmp_path, monkeypatch):
-    asked, name = [], "00_000000.png"
+def test_features_of_a_frame_are_spread_over_it_and_no_more_than_it_needs(monkeypatch):
+    """Strong texture on the left, weak on the right: both halves of 600 pixels get features."""
+    monkeypatch.setattr(sift, "MOST", 200)
+    noise = np.random.default_rng(0).normal(0, 1, (30, 40, 3))
+    noise[:, 20:] *= 0.3
+    image = cv2.resize(np.uint8(np.clip(128 + 60 * noise, 0, 255)), (1200, 900))
+    points, descriptors = sift.find(image)
+    assert points.shape == (200, 4)
+    assert descriptors.shape == (200, 128)
+    right = (points[:, 0] > 600).mean()
+    assert 0.35 < right < 0.65
+    white = np.zeros(image.shape[:2], bool)
+    white[:450] = True
+    points, _ = sift.find(image, white)
+    assert len(points) > 50
+    assert points[:, 1].max() < 460
+    assert sift.find(np.zeros((90, 120, 3), np.uint8))[0].shape == (0, 4)
 
-    def extract(*_, extraction_options, **__):
-        asked.append((extraction_options.sift.first_octave, extraction_options.max_image_size))
 
-    monkeypatch.setattr(pycolmap, "extract_features", extract)
-    for side, ordered in ((960, True), (960, False), (480, True)):
-        folder = tmp_path / f"{side}{ordered}"
-        folder.mkdir()
-        cv2.imwrite(str(folder / name), np.zeros((270, side), np.uint8))
-        runs.extract(folder.with_suffix(".db"), folder, [name], Work(parts=[Part([0], ordered)]))
-    assert asked == [(0, 960), (-1, -1), (-1, -1)]
+@pytest.mark.parametrize("dim", [1.0, 0.1])
+def test_features_of_frames_are_where_colmap_finds_them(dim, tmp_path):
+    """A dot, three times enlarged: its middle in pixels whose first centre is (0.5, 0.5)."""
+    image = np.full((360, 480, 3), 20, np.float32)
+    cv2.circle(image, (300, 120), 9, (220, 220, 220), -1)
+    blurred = cv2.GaussianBlur(image, (0, 0), 2) * dim
+    points, _ = sift.find(blurred.astype(np.uint8))
+    assert np.abs(points[:, :2] - [300.5, 120.5]).max(axis=1).min() < 0.3
 
 
 def test_sift_sees_in_the_dark(tmp_path):

@@ -43,7 +43,7 @@ def test_without_a_wish_four_a_second_are_taken_but_neither_too_few_nor_too_many
     """Of a video of three seconds at ten frames."""
     path = write_video(tmp_path / "walk.avi", shaky(30, range(30)))
     assert video.Sampling(least=6).pace(path) == 4  # 12 frames
-    assert video.Sampling().pace(path) == pytest.approx(100 / 3)
+    assert video.Sampling().pace(path) == pytest.approx(video.LEAST / 3)
     assert len(video.thin(path, tmp_path / "images", video.Sampling().pace(path))) == 30
     assert video.Sampling(rate=1.0).pace(path) == 1
     long = write_video(tmp_path / "long.avi", shaky(30, []), rate=0.25)  # two minutes

@@ -80,7 +80,7 @@ def test_what_is_no_list_or_lacks_frames_is_refused(scene, tmp_path):
     (tmp_path / "no.json").write_text("{}")
     (tmp_path / "wrong.json").write_text('[{"scene": 1}]')
     for file in ("no.json", "wrong.json"):
-        with pytest.raises(ValueError, match=r"(no scene abc|no list of scenes)"):
+        with pytest.raises(ValueError, match=r"(list of objects|'scene_name' is missing)"):
             read_protocol(tmp_path / file, "abc", folder, capture.names)
     fewer = [name for name in capture.names if name != order[8]]
     with pytest.raises(ValueError, match=r"held-out frames: .* are not among the capture's 79"):

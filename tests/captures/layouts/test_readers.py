@@ -119,6 +119,7 @@ def test_blender_s_field_of_view_and_bare_names(made, tmp_path):
     for frame in content["frames"]:
         frame["file_path"] = "./" + frame["file_path"].removesuffix(".png")
     write_nerfstudio(made, tmp_path, content)
+    (tmp_path / "images" / "f7.png").rename(tmp_path / "images" / "f7.jpg")  # as apps write them
     np.testing.assert_allclose(read_capture(tmp_path, long_side=64).intrinsics[0], [60, 60, 32, 24])
 
 

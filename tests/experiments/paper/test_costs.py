@@ -44,19 +44,23 @@ def test_a_reconstruction_that_fails_says_why(scene):
 
 
 @pytest.mark.parametrize(
-    ("code", "memory", "error"),
+    ("code", "memory", "error", "said"),
     [
-        (-9, None, Unfinished),
-        (-11, 0, Unfinished),
-        (-6, 10**9, Unfinished),
-        (-11, None, RuntimeError),
-        (1, 0, RuntimeError),
+        (-9, None, Unfinished, ""),
+        (-11, 0, Unfinished, ""),
+        (-6, 10**9, Unfinished, ""),
+        (-11, None, RuntimeError, ""),
+        (1, 0, RuntimeError, ""),
+        (1, 0, Unfinished, "RuntimeError: can't start new thread"),
+        (1, None, RuntimeError, "RuntimeError: can't start new thread"),
     ],
 )
-def test_a_crash_is_one_of_memory_where_memory_is_limited(scene, monkeypatch, code, memory, error):
-    ended = subprocess.CompletedProcess([], code, "", "")
+def test_a_crash_is_one_of_memory_where_memory_is_limited(
+    scene, monkeypatch, code, memory, error, said
+):
+    ended = subprocess.CompletedProcess([], code, "", said)
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
-    with pytest.raises(error, match="2 frames: exit code"):
+    with pytest.raises(error, match=f"2 frames: {said or 'exit code'}"):
         measure_alone(scene, np.array([1, 4]), np.array([2]), RECONSTRUCTION, memory=memory)
 
 

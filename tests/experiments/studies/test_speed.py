@@ -1,6 +1,7 @@
 """Selection times, and speed against error."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
 from fsel.core.capture import Capture, Views
+from fsel.experiments.studies import speed_error as speed
 from fsel.experiments.studies.bench import (
     BenchCase,
     depth_error,
@@ -16,7 +18,6 @@ from fsel.experiments.studies.bench import (
     speed_settings,
     true_depth,
 )
-from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.studies.speed_error import gaps, speed_error
 from fsel.metrics import METRICS
@@ -28,6 +29,7 @@ from fsel.synthetic import record
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}
 ENDINGS = ("tex", "csv", "pdf", "png")
+FACTS = {"embedded": ["A"], "real": [], "reconstructor": "splats", "long_side": 32}
 APPEARANCE = {"kind": "lab_hog", "weights": None}
 
 
@@ -180,31 +182,25 @@ def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
     assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
 
 
-def test_culling_keeps_what_views_see_and_changes_no_pixel():
-    model, views = wall(4.0)
-    rng = np.random.default_rng(0)
-    model = replace(model, colors=rng.uniform(0, 255, model.colors.shape).astype(np.float32))
-    culled = model.seen_by(views)
-    assert 0 < culled.primitives < model.primitives / 2
-    np.testing.assert_array_equal(culled.render(views), model.render(views))
-    behind = replace(views, world_to_camera=views.world_to_camera * [[1], [1], [-1]])
-    assert model.seen_by(behind).primitives == 0
+def test_lines_to_the_names_of_methods_do_not_cross(monkeypatch):
+    drawn, rng = [], np.random.default_rng(0)
+    monkeypatch.setattr(speed, "save", lambda figure, outputs: drawn.append(figure))
+    methods = pd.DataFrame({"method": list(METHODS)[:14]})
+    seconds, gap = 10 ** rng.uniform(-4, 2, len(methods)), rng.uniform(0, 2, len(methods))
+    asked = {"selected": "30 of 130 frames", "k": 20, "facts": FACTS}
+    settings = {"setting": "planes", "value": ["16", "32"], "seconds": [1.0, 2.0]}
+    settings = pd.DataFrame({**settings, "psnr": 20.0, "default": [False, True]})
+    speed.draw(methods.assign(seconds=seconds, gap=gap), settings, [], **asked)
+    axis = drawn[0].axes[0]
+    drawn[0].canvas.draw()
+    ends = [(axis.transData.transform(t.xy), axis.transAxes.transform(t.xyann)) for t in axis.texts]
+    assert len(ends) == len(methods)
 
+    def left(a, b, c):
+        return np.sign(np.linalg.det([b - a, c - a]))
 
-def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
-    paths = [tmp_path / "e.tex", tmp_path / "e.csv"]
-    settings = {"k": 8, "reconstruction": RECONSTRUCTION, "appearance": APPEARANCE}
-    economy([scene], [scene / "split.parquet"], *paths, generated=[None], **settings)
-    table = pd.read_csv(paths[1]).set_index("saving")
-    assert table.index.tolist() == list(SAVINGS)
-    assert table.loc["opacity", "without_primitives"] == 8 * 32 * 24
-    assert table.loc["opacity", "with_primitives"] < 8 * 32 * 24
-    for saving in ("views", "view"):
-        assert table.loc[saving, "with_psnr"] == table.loc[saving, "without_psnr"]
-    removed = table["without_primitives"] - table["with_primitives"]
-    assert removed["view"] > removed["views"] >= 0
-    assert table.loc["descriptors", "with_bytes"] == 8 * 40
-    assert "descriptors only for methods that read them & --" in paths[0].read_text()
+    for (a, b), (c, d) in combinations(ends, 2):
+        assert left(a, b, c) == left(a, b, d) or left(c, d, a) == left(c, d, b)
 
 
 def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
@@ -219,7 +215,8 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     for name in "ab":
         table, numbers, *figures = (tmp_path / f"{name}.{ending}" for ending in ENDINGS)
         made = table, numbers, figures
-        speed_error(tmp_path / "t.csv", swept, *read, *made, problems=["d/s/draw0"], k=10)
+        asked = {"problems": ["d/s/draw0"], "k": 10, "facts": FACTS}
+        speed_error(tmp_path / "t.csv", swept, *read, *made, **asked)
     for ending in ENDINGS:
         first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
         assert first == second

@@ -69,7 +69,7 @@ def test_box_filter_is_the_mean_of_nine():
 def test_merge_takes_the_better_half(count, expected):
     values = [40, 10, 20, 5]
     costs = [np.full((1, 1, 2), v, np.uint8) for v in values]
-    assert stereo.merge_costs(*costs, count)[0, 0, 0] == expected
+    assert stereo.merge_costs(costs, count)[0, 0, 0] == expected
 
 
 def plain_path(costs, small, jumps):

@@ -116,8 +116,8 @@ def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys)
         assert said in capsys.readouterr().err
 
 
-def test_long_lrm_is_told_its_scene(capture, tmp_path):
-    """Its loader multiplies intrinsics by the images' size over w and h, and inverts w2c."""
+def test_long_lrm_and_viewers_are_told_the_scene(capture, tmp_path):
+    """Long-LRM multiplies intrinsics by the images' size over w and h, and inverts w2c."""
     out = tmp_path / "out"
     assert select(capture, "-k", 4, "-o", out) == 0
     assert (out / "scenes.txt").read_text() == "scene.json\n"
@@ -130,6 +130,16 @@ def test_long_lrm_is_told_its_scene(capture, tmp_path):
         keys = ("w", "h", "fx", "fy", "cx", "cy")
         assert [frame[key] for key in keys] == [64, 48, 60, 61, 32, 24]
         assert (out / frame["file_path"]).is_file()
+        camera = next(
+            c
+            for c in json.loads((out / "cameras.json").read_text())
+            if c["img_name"] == whole.names[row]
+        )
+        assert [camera[key] for key in ("width", "height", "fx", "fy")] == [64, 48, 60, 61]
+        np.testing.assert_allclose(camera["position"], whole.centers[row], atol=1e-12)
+        np.testing.assert_allclose(
+            camera["rotation"], whole.world_to_camera[row, :, :3].T, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("reduced", [False, True])

@@ -24,7 +24,7 @@ finally:
     if _masked:
         _masked(signal.SIG_SETMASK, _mask)
 
-__all__ = ["Camera", "pycolmap"]
+__all__ = ["Camera", "brown", "pycolmap"]
 
 
 @dataclass(frozen=True)
@@ -42,3 +42,11 @@ class Camera:
         return pycolmap.Camera(
             model=self.model, width=self.width, height=self.height, params=list(self.params)
         )
+
+
+def brown(size: tuple[int, int], pinhole: tuple[float, ...], *terms: float) -> Camera:
+    """Return the simplest camera of fx, fy, cx, cy and OpenCV's terms k1, k2, p1, p2 and k3."""
+    if terms[4]:
+        return Camera("FULL_OPENCV", *size, (*pinhole, *terms, 0.0, 0.0, 0.0))
+    extra = terms[:4] if any(terms) else ()
+    return Camera("OPENCV" if extra else "PINHOLE", *size, (*pinhole, *extra))

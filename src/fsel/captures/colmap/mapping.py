@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -20,6 +20,7 @@ from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
 from fsel.captures.colmap.pairs import OVERLAP
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.files import emptied
 from fsel.core.limits import threads
@@ -31,6 +32,8 @@ UNIT = np.array([1.0, 1, 0, 0])  # intrinsics of rays
 EXPLAINED, PLACED = 0.85, 0.95  # of the matches and frames, by a model that needs no other
 TRACKS = 100  # of an image, that the global mapper places cameras by: it finds the others again
 GROWN = 1.4  # a model by so much, all of which is adjusted again: COLMAP's own for videos
+PAIRS_TRIED = 30  # to begin with: COLMAP's 200 take minutes where a scene is far away
+LEAST_SECONDS = 30  # of the incremental mapper where the global one placed nothing
 STEPS, WAIT = 6, 0.1  # of the global mapper, and seconds between looks at its log
 
 
@@ -47,8 +50,8 @@ def build(
     database: Path, folder: Path, count: int, work: Work, start: Path | None = None
 ) -> Mapped | None:
     """Map a database of `count` images globally. Where that leaves many matches unexplained, or
-    images unplaced, map them incrementally, too, from the model in `start`; keep the model that
-    explains more."""
+    images unplaced, map them incrementally, too, from the model in `start`, while there is time;
+    keep the model that explains more."""
     folder = folder.absolute()  # the process works there
     pairs = verified_pairs(database)
     matches = sum(len(pair.places[0]) for pair in pairs)
@@ -56,14 +59,16 @@ def build(
     most, placed = max(((agree, m.num_reg_images()) for agree, _, m in rated), default=(0, 0))
     clear = most >= EXPLAINED * matches and placed >= PLACED * count
     sure = clear and not any(part.panoramic for part in work.parts)
-    if not sure:
+    work.time.tried()
+    asked = not sure and (work.time.left > 0 or not rated)
+    if asked:
         made = _incrementally(database, folder, count, work, start)
         rated += [(agreeing(model, pairs), INCREMENTAL, model) for model in made]
     rated.sort(key=lambda one: -one[0])
     if not rated:
         return None
     _, kept, model = rated[0]
-    none = None if sure else pycolmap.Reconstruction()
+    none = pycolmap.Reconstruction() if asked else None
     return Mapped(model, kept, next((other for _, by, other in rated if by != kept), none))
 
 
@@ -75,15 +80,17 @@ def _globally(database: Path, folder: Path, work: Work) -> list[pycolmap.Reconst
     words = map(str, (copy, folder / "images", output, json.dumps(options)))
     (folder / LOG).unlink(missing_ok=True)  # of an earlier run
     with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
-        for _ in work.watch("poses")(_steps(process, folder / LOG), STEPS):
+        for _ in work.watch("poses")(_steps(process, folder / LOG, work.time), STEPS):
             pass
+        if process.poll() is None:  # time ran out
+            return []
     return [pycolmap.Reconstruction(str(path)) for path in sorted(output.iterdir())]
 
 
-def _steps(process: subprocess.Popen[bytes], log: Path) -> Iterator[int]:
-    """Yield the number of each step that a process says in its log to have done."""
+def _steps(process: subprocess.Popen[bytes], log: Path, limit: SearchTime) -> Iterator[int]:
+    """Yield the number of each step that a process says in its log to have done, in time."""
     done = 0
-    while process.poll() is None:
+    while process.poll() is None and not limit.over:
         time.sleep(WAIT)
         said = log.read_bytes().count(b" done in ")
         yield from range(done, said)
@@ -93,15 +100,18 @@ def _steps(process: subprocess.Popen[bytes], log: Path) -> Iterator[int]:
 def _incrementally(
     database: Path, folder: Path, count: int, work: Work, start: Path | None
 ) -> Iterable[pycolmap.Reconstruction]:
-    rarely = {"ba_global_frames_ratio": GROWN, "ba_global_points_ratio": GROWN}
-    placed = iter(work.watch("poses")(itertools.count(), count))
+    rarely: dict = {"ba_global_frames_ratio": GROWN, "ba_global_points_ratio": GROWN}
+    rarely["init_num_trials"] = PAIRS_TRIED
+    if work.time.left < math.inf:
+        rarely |= {"max_runtime_seconds": max(LEAST_SECONDS, round(work.time.left))}
+    placed = iter(work.watch("poses")(range(count), count))  # frames of a model given up come again
     return pycolmap.incremental_mapping(
         database,
         folder / "images",
         emptied(folder / INCREMENTAL),
         pycolmap.IncrementalPipelineOptions(_common(work) | rarely),
         input_path=start or "",
-        next_image_callback=lambda: next(placed),
+        next_image_callback=lambda: next(placed, None),
     ).values()
 
 

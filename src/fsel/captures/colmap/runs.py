@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
-from fsel.captures.colmap import features, pairs
+from fsel.captures.colmap import features, pairs, sift
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
+from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
@@ -27,12 +29,14 @@ MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
-LARGE = 960  # pixels of a video's longer side: larger frames are reduced, smaller ones enlarged
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
-IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
+IMAGES, PAIRS = 8, 300  # in a part: what is lost when a run is cut off
+TIMED = 30  # pairs, after which the time that is left is estimated anew
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
 PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
+FILMED_SECONDS = 0.4, 0.03  # all of that for a frame of a video, and a pair
+MAPPED_AS = 6  # pairs that take as long to match as a frame to be placed
 PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
@@ -61,6 +65,8 @@ class Work:
     by: Estimator | None = None  # finds the poses; None for COLMAP's mappers
     features: str = features.SIFT  # that COLMAP works with, one of `features.KINDS`
     masks: Path | Estimator | None = None  # folder, or what makes them: features lie in white alone
+    time: SearchTime = field(default_factory=SearchTime)
+    say: Callable[[str, str], None] = lambda label, text: None
 
     @property
     def who(self) -> str:
@@ -117,12 +123,10 @@ def extract(
         options.sift.peak_threshold *= contrast
         source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
         filmed = source is not None and source.ordered and not source.panoramic
-        if filmed and max(kind[1]) >= LARGE:
-            options.sift.first_octave, options.max_image_size = 0, LARGE
         reader = _reader(database, folder, kind, source)
         pycolmap.import_images(database, folder, mode, part, reader)
-        if work.features != features.SIFT:
-            features.extract(database, folder, part)
+        if filmed or work.features != features.SIFT:
+            (sift if work.features == features.SIFT else features).extract(database, folder, part)
             continue
         pycolmap.extract_features(
             database,
@@ -200,14 +204,27 @@ def _camera_of(database: Path, part: str, size: Size) -> int | None:
 
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:
-    """Match and verify pairs of images; pairs that the database has are passed over."""
+    """Match and verify pairs of images, near ones first, so that they connect all where time runs
+    out. Pairs that the database has are passed over, and those of images matched before."""
+    done = database.with_suffix(".txt")  # names of images whose pairs were all matched
+    known = set(done.read_text(encoding="utf-8").splitlines()) if done.is_file() else set()
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
-    batches = _batches(chosen, PAIRS)
-    for part in work.watch("matching")(batches, len(batches)):
+    chosen = [(i, j) for i, j in chosen if not known.issuperset((names[i], names[j]))]
+    chosen.sort(key=lambda pair: (pair[1] - pair[0], pair))
+    batches = [*_batches(chosen[:TIMED], TIMED), *_batches(chosen[TIMED:], PAIRS)]
+    began = time.monotonic()
+    for at, part in enumerate(work.watch("matching")(batches, len(batches))):
+        if work.time.left <= 0:
+            return
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
             features.match(database, named)  # what is matched is verified below
         match_pairs(database, named)
+        if not at and len(batches) > 1:
+            each = (time.monotonic() - began) / TIMED
+            left = each * (len(chosen) - TIMED + MAPPED_AS * len(names))
+            work.say("plan", f"{in_minutes(left)} left")
+    done.write_text("\n".join(names), encoding="utf-8")
 
 
 def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pairs.Pairs:
@@ -253,10 +270,16 @@ def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
     """Return the frames and pairs of a run of COLMAP with SIFT, and about how long it takes."""
     every = frames <= (FEW if ordered else EXHAUSTIVE)
     matched = frames * (frames - 1) // 2 if every else frames * PAIRS_BESIDE[not ordered]
-    large = ordered and pixels > LARGE**2 / 2
-    size = LARGE**2 / 8e6 if large else min(pixels / 1e6, MOST_READ)  # a quarter: not enlarged
-    kept = min(size, MOST_KEPT)
-    each = FRAME_SECONDS[0] + FRAME_SECONDS[1] * size + MAPPING_SECONDS * kept
-    minutes = (frames * each + matched * (PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept)) / cores / 60
-    about = f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"
+    kept = min(pixels / 1e6, MOST_KEPT)
+    one, pair = FILMED_SECONDS
+    if not ordered:
+        one = FRAME_SECONDS[0] + FRAME_SECONDS[1] * min(pixels / 1e6, MOST_READ)
+        one, pair = one + MAPPING_SECONDS * kept, PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept
+    about = in_minutes((frames * one + matched * pair) / cores)
     return f"{counted(frames, 'frame')}, {matched:,} pairs: {about} on {counted(cores, 'core')}"
+
+
+def in_minutes(seconds: float) -> str:
+    """Return a time as a person says it."""
+    minutes = seconds / 60
+    return f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"

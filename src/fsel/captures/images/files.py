@@ -42,8 +42,8 @@ ENCODING = {
     **{ending: [cv2.IMWRITE_JPEG_QUALITY, QUALITY] for ending in JPEG},
 }
 HINT = (
-    ". Hint: `skip_unreadable` (--skip-unreadable) leaves such frames out; `fsel select` also "
-    "leaves those that --never names"
+    ". Hint: `skip_unreadable=True` leaves such frames out; a selection also leaves out those that "
+    "`never=NAMES` names"
 )
 Size = tuple[int, int]
 

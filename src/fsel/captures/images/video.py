@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,8 +21,10 @@ from fsel.captures.images import files as image_files
 from fsel.captures.images.previews import Progress, in_silence, variance_of_laplacian
 
 ENDINGS = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".3gp")
+DUAL = (".insv", ".insp", ".360", ".osv")  # what 360-degree cameras write
+START = re.compile(rb"(?s)....(ftyp(?!hei|mif|avi)|moov|mdat|wide)|\x1aE\xdf\xa3|RIFF....AVI ")
 MOST = 300  # frames that a video is thinned to by default
-LEAST = 100  # and, of a short one, so many if it has them
+LEAST = 60  # and, of a short one, so many if it has them
 RATE = 4.0  # of them a second: a person walks some 35 cm between two
 FEWEST = 3
 ROUNDED = 1.0  # seconds by which players round a video's length
@@ -58,8 +61,12 @@ class SampledFrame:
 
 
 def is_video(path: Path) -> bool:
-    """Return whether a path is a file with a video's ending."""
-    return path.suffix.lower() in ENDINGS and path.is_file()
+    """Return whether a path is a file with a video's ending, or begins as one, but for `DUAL`."""
+    ending = path.suffix.lower()
+    if ending in (*ENDINGS, *DUAL) or not path.is_file():
+        return ending in ENDINGS and path.is_file()
+    with path.open("rb") as file:
+        return START.match(file.read(16)) is not None
 
 
 @dataclass(frozen=True)

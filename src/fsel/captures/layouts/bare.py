@@ -17,7 +17,6 @@ ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
 RAW = (".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".raf", ".rw2")
 RAW_HINT = ". Hint: develop RAW photos to JPEG first, as with RawTherapee or darktable-cli"
-DUAL = (".insv", ".insp", ".360", ".osv")  # what 360-degree cameras write
 
 
 def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
@@ -32,17 +31,14 @@ def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
 
 def explained(path: Path) -> str:
     """Return what to do with a path that holds no capture, as the end of a refusal."""
-    if path.suffix.lower() in DUAL:
+    if path.suffix.lower() in video.DUAL:
         return "; it is of a 360-degree camera. Hint: export a 2:1 .mp4 in its own program"
     if not path.is_dir():
         return ""
     if not any(path.iterdir()):
         return "; the folder is empty"
     if find(path, (*ENDINGS, *image_files.HEIC)):
-        return (
-            "; its images have no poses. Hint: --poses colmap finds them (in a config "
-            "`poses: colmap` or a program, or `poses: file` reads them)"
-        )
+        return "; its images have no poses. Hint: `poses=colmap` finds them"
     if films := find(path, video.ENDINGS):
         return f"; it has videos. Hint: name them, such as {films[0]}"
     raw = find(path, RAW)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import gzip
 import json
-import zlib
 from pathlib import Path
 
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
-from fsel.captures.parsing import inside, member, number, numbers, regular, text
+from fsel.captures.parsing import inside, member, number, numbers, read_json_list, text
 
 FRAMES = "frame_annotations.jgz"
 SEQUENCES = "sequence_annotations.jgz"
@@ -36,7 +35,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     path = _annotations(folder)
     if path is None:
         raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
-    root, frames = path.parent.parent, _read_list(path)
+    root, frames = path.parent.parent, read_json_list(path)
     names = {str(member(frame, "sequence_name", path)) for frame in frames}
     inner = path.parent != folder.parent  # a dataset's folder, not that of a sequence
     name = next(iter(names), "") if inner else folder.name
@@ -78,26 +77,15 @@ def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]
     )
 
 
-def _read_list(path: Path) -> list[dict]:
-    """Return a gzipped JSON list."""
-    try:
-        content = json.loads(gzip.decompress(regular(path).read_bytes()))
-    except (OSError, EOFError, ValueError, RecursionError, zlib.error) as error:
-        raise ValueError(f"{path}: not readable as gzipped JSON ({error})") from error
-    if not isinstance(content, list) or not all(isinstance(entry, dict) for entry in content):
-        raise ValueError(f"{path}: expected a JSON list of objects")
-    return content
-
-
 def _check_quality(path: Path, name: str, least: float) -> None:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
-    sequence = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
+    sequence = next((s for s in read_json_list(path) if s.get("sequence_name") == name), {})
     quality = sequence.get("viewpoint_quality_score")
     if quality is None or number(quality, path, "viewpoint_quality_score") < least:
         raise ValueError(
-            f"{path}: viewpoint_quality_score of {name} is {quality}, below the required {least:g}"
-            "for. Hint: choose another sequence, or lower `reading.min_quality`"
+            f"{path}: viewpoint_quality_score of {name} is {quality}, below the required "
+            f"{least:g}. Hint: choose another sequence, or lower `reading.min_quality`"
         )
 
 

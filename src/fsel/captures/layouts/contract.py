@@ -111,6 +111,26 @@ class RawCapture:
         )
 
 
+def existing(folder: Path, pairs: Sequence[tuple[str, str]]) -> list[tuple[Path, Path]]:
+    """Return the pairs of paths in a folder that are both there."""
+    found = [(folder / one, folder / other) for one, other in pairs]
+    return [pair for pair in found if all(path.exists() for path in pair)]
+
+
+def one_pass(
+    frames: Sequence[tuple[Path, np.ndarray, Camera]], dropped: dict[str, str]
+) -> RawCapture:
+    """Return the capture of image files, each with its pose and camera, without points."""
+    return RawCapture(
+        names=[file.name for file, _, _ in frames],
+        images=[file for file, _, _ in frames],
+        world_to_camera=np.array([pose for _, pose, _ in frames]).reshape(-1, 3, 4),
+        cameras=[camera for _, _, camera in frames],
+        sequences=["capture"] * len(frames),
+        dropped=dropped,
+    )
+
+
 @dataclass(frozen=True)
 class Layout:
     """Layout of a dataset on disk.

@@ -6,7 +6,6 @@ The benchmark holds two distributions of a scene, `nerfstudio` (distorted images
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -15,6 +14,7 @@ import numpy as np
 
 from fsel.captures.layouts import colmap, nerfstudio
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.parsing import read_json, read_json_list, text
 from fsel.core.problem import Method, Problem
 
 FACTOR = 4
@@ -58,7 +58,7 @@ def read(folder: Path) -> RawCapture:
 def frame_order(folder: Path) -> list[str]:
     """Return the names of the images in the order of a scene's transforms.json."""
     root = _root(folder) or folder
-    content = json.loads((root / "transforms.json").read_text())
+    content = read_json(root / "transforms.json")
     return [Path(frame["file_path"]).name for frame in content["frames"]]
 
 
@@ -95,10 +95,7 @@ def read_protocol(
     held out, from the authors' `dl3dv_fold_8_kmeans_input_idx.json`; ValueError where it does not
     fit."""
     file, folder = Path(file), Path(folder)
-    try:
-        entries = {entry["scene_name"]: entry for entry in json.loads(file.read_text())}
-    except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{file}: no list of scenes with their scene_name ({error!r})") from error
+    entries = {text(entry, "scene_name", file): entry for entry in read_json_list(file)}
     if scene not in entries:
         raise ValueError(f"{file}: no scene {scene} among its {len(entries)}")
     order = [PurePosixPath(name).stem for name in frame_order(folder)]

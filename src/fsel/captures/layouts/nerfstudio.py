@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.camera import Camera, brown
 from fsel.captures.layouts import colmap, ply_points
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording, has_file
 from fsel.captures.parsing import (
@@ -22,7 +22,7 @@ from fsel.captures.parsing import (
     text,
     world_transform,
 )
-from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.core.geometry import OPENGL_TO_OPENCV, from_opengl, invert_pose
 from fsel.core.points import RawPoints
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
@@ -136,7 +136,9 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
 
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
     """The image, or its downscaled copy where that is wanted or only that was distributed."""
-    file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
+    if not file.suffix:  # as Blender's exporters name images, and apps on phones
+        named = [file.with_suffix(ending) for ending in (".png", ".jpg")]
+        file = next((path for path in named if path.is_file()), named[0])
     folders = [file.parents[1] / name for name in copies]
     folders += [file.parent, *(file.parents[1] / name for name in FOLDERS)]
     return next((path for folder in folders if (path := folder / file.name).is_file()), file)
@@ -152,8 +154,7 @@ def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> 
     matrix[:3, 3] /= scale
     if applied is not None:
         matrix = np.linalg.inv(np.vstack([applied, [0, 0, 0, 1]])) @ matrix
-    matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
-    return invert_pose(matrix)
+    return from_opengl(matrix)
 
 
 def camera_of(content: dict, frame: dict, path: Path) -> Camera:
@@ -198,10 +199,7 @@ def _with_distortion(
         raise ValueError(f"{path}: camera_model is {model!r}; allowed: {allowed}")
     if value["k4"]:
         raise ValueError(f"{path}: k4 is {value['k4']}; only a fisheye camera has it")
-    extra = tuple(value[key] for key in DISTORTION)
-    if value["k3"]:
-        return Camera("FULL_OPENCV", *size, (*pinhole, *extra, value["k3"], 0.0, 0.0, 0.0))
-    return Camera("OPENCV" if any(extra) else "PINHOLE", *size, pinhole + extra * any(extra))
+    return brown(size, pinhole, *(value[key] for key in (*DISTORTION, "k3")))
 
 
 def intrinsics_of(camera: Camera) -> dict:

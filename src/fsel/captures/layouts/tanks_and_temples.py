@@ -11,7 +11,7 @@ from fsel.captures.colmap.undistortion import HALF
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, focal_from_poses, match
 from fsel.captures.layouts import bare, colmap
-from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording, one_pass
 from fsel.captures.parsing import numbers, read_matrix, read_text
 from fsel.core.geometry import invert_pose
 
@@ -37,13 +37,8 @@ def read(folder: Path, focal: float | None = None) -> RawCapture:
     width, height = image_files.size_of(files[0])
     f = width * focal if focal else _estimated(files, poses, path)
     camera = Camera("SIMPLE_PINHOLE", width, height, (f, width / 2, height / 2))
-    return RawCapture(
-        names=[file.name for file in files],
-        images=files,
-        world_to_camera=poses,
-        cameras=[camera] * len(files),
-        sequences=["capture"] * len(files),
-        dropped=dropped,
+    return one_pass(
+        [(file, pose, camera) for file, pose in zip(files, poses, strict=True)], dropped
     )
 
 
@@ -95,17 +90,16 @@ def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
 def _read_nerfpp(folder: Path) -> RawCapture:
     """Folders train and test of rgb, pose (camera to world) and intrinsics, 16 numbers each."""
     files = [f for split in SPLITS for f in sorted((folder / split / "rgb").glob("*"))]
-    poses, cameras = [], []
-    for file in files:
-        of_split, name = file.parents[1], f"{file.stem}.txt"
-        poses.append(invert_pose(read_matrix(of_split / "pose" / name)))
-        k = read_matrix(of_split / "intrinsics" / name)
-        params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
-        cameras.append(Camera("PINHOLE", *image_files.size_of(file), params))
     if not files:
         raise FileNotFoundError(f"{folder}: no images in train/rgb or test/rgb")
-    names = [file.name for file in files]
-    return RawCapture(names, files, np.array(poses), cameras, ["capture"] * len(names))
+    frames = []
+    for file in files:
+        of_split, name = file.parents[1], f"{file.stem}.txt"
+        pose = invert_pose(read_matrix(of_split / "pose" / name))
+        k = read_matrix(of_split / "intrinsics" / name)
+        params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
+        frames.append((file, pose, Camera("PINHOLE", *image_files.size_of(file), params)))
+    return one_pass(frames, {})
 
 
 def write(recording: Recording, folder: Path) -> None:

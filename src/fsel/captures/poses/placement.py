@@ -28,6 +28,7 @@ ROUNDS = 2  # of taking frames denser
 UNSURE = 3.0  # degrees between two sets of poses: sure ones differ by tenths
 FEW = 0.5  # share of the frames, fewer of which another mapper places where they are by chance
 SHOWN = 8  # names, or times
+STOPPED = "; the search ended in time. Hint: --pose-time 10m looks longer"
 KEPT = 0.9  # share of the frames that are still placed where a path is mended
 
 
@@ -38,10 +39,10 @@ def place(
 
     Frames of a video that show the same as the one before them are left out. Where two frames or
     more of a video in a row could not be placed, frames are taken denser, twice at most, as long
-    as that helps. Where the path jumps, the frames are placed once more without the matches that
-    may have folded it. What an interrupted run left in the folder is gone on with.
+    as that helps and there is time. Where the path jumps, the frames are placed once more without
+    the matches that may have folded it. What an interrupted run left in the folder is gone on with.
     """
-    around = sources[0].panoramic
+    around, work = sources[0].panoramic, replace(work, say=say)
     whole = folder.with_name("panoramas") if around else folder
     taken = take(sources, sampling, whole, work, say)
     mapped, raw = _placed(sources, taken, whole, work, say)
@@ -52,7 +53,7 @@ def place(
     model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
     gps = positions.align(model, positions.stated(sources, taken))
     found: dict = {"by": work.who, "mapper": mapped.by, "other": compared(mapped), "jumps": jumps}
-    found |= {"gps": gps} | _found(sources, taken, raw, model)
+    found |= {"gps": gps, "stopped": work.time.left <= 0} | _found(sources, taken, raw, model)
     if around:
         found["views"] = list(panoramas.VIEWS)
         model = panoramas.cut(model, whole / IMAGES, folder / IMAGES, work.watch("views"))
@@ -64,25 +65,32 @@ def place(
 def _placed(
     sources: Sequence[Source], taken: SampledFrames, folder: Path, work: Work, say: Say
 ) -> tuple[Mapped, RawCapture]:
-    """COLMAP's model, and the frames that it was to place."""
-    mapped, placed, rounds = None, set[str](), 0
-    while True:
+    """COLMAP's model, and the frames that it was to place: the best of several tries."""
+    best: tuple[Mapped, RawCapture, dict] | None = None
+    for tries_left in reversed(range(ROUNDS + 1)):
         raw, parts = unplaced(sources, taken, folder)
-        before = len(placed)
+        placed, error = set[str](), None
         try:
-            mapped = sfm.place(raw, replace(work, parts=parts), mapped and mapped.model)
-        except sfm.NotPlaced as error:
-            in_vain = rounds == ROUNDS or bool(error.cause)
-            if in_vain or not _denser(sources, taken, placed, folder, work):
-                raise _refused(sources, error) from error
+            mapped = sfm.place(raw, replace(work, parts=parts), best and best[0].model)
+        except sfm.NotPlaced as why:
+            error = why
+            if best is not None or why.cause:
+                break
         else:
             placed = {image.name for image in mapped.model.images.values()}
-            in_vain = rounds == ROUNDS or len(placed) == before
-            if in_vain or not _denser(sources, taken, placed, folder, work):
-                return mapped, raw
+            if best is not None and len(placed) <= best[0].model.num_reg_images():
+                break  # denser frames were placed no better
+            best = mapped, raw, {name: list(shots) for name, shots in taken.shots.items()}
+        in_time = tries_left and work.time.left > 0
+        if not in_time or not _denser(sources, taken, placed, folder, work):
+            break
         say("video", "frames were not placed: sampling more densely there")
         taken.save(folder)
-        rounds += 1
+    if best is None:
+        assert error is not None
+        raise _refused(sources, error) from error
+    taken.shots = best[2]
+    return best[0], best[1]
 
 
 def _mended(
@@ -91,7 +99,7 @@ def _mended(
     """The same where the path does not jump; else placed once more, without the far matches
     across the jumps that may have folded it, and kept where it jumps less."""
     jumps = _jumps(sources, taken, mapped.model)
-    if not jumps or work.by is not None:
+    if not jumps or work.by is not None or work.time.left <= 0:
         return mapped
     raw, parts = unplaced(sources, taken, folder)
     breaks = sorted(raw.names.index(jump["name"]) for jump in jumps)
@@ -243,6 +251,7 @@ def notes(found: dict | None) -> list[str]:
     unsure = doubts(found)
     missing, lost = found["not_placed"], found["lost"]
     said = f"{counted(len(missing), 'frame')} not placed: {first_of(missing)}"
+    said += STOPPED if found.get("stopped") else ""
     if not lost:
         return [said, *unsure] if missing else unsure
     longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]

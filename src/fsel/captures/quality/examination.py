@@ -28,7 +28,8 @@ BURNT = 0.3  # share of the pixels clipped to white above that of the frames bes
 PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
 OFF_PATH = "times the distance allowed from a smooth path"
 TURNED = "degrees turned since the previous frame"
-SHOWN = 0.5  # share of a frame's points that others must see to show what it shows
+SHOWN = 0.5  # share of a frame's points that another must see to show what it shows
+LEAST_SEEN = 60  # points of a frame that stand for what it shows
 
 
 def examined(
@@ -118,8 +119,6 @@ class _Placed:
         self.opened = opened
         self.points = opened.points or NO_POINTS
         self.rows = grouped_rows(self.points.track_frame, len(opened.capture))
-        self._seen = np.zeros(len(self.points.xyz), np.int64)  # by the frames that stay
-        self._counted = np.zeros(len(self.rows), bool)  # the frames that it counts
 
     @cached_property
     def near(self) -> np.ndarray:
@@ -131,6 +130,11 @@ class _Placed:
             distance[np.arange(len(block)), block] = np.inf
             near.append(np.argsort(distance, axis=1, kind="stable")[:, :NEAR])
         return np.concatenate(near)
+
+    @cached_property
+    def by_point(self) -> list[np.ndarray]:
+        """The rows of each point's observations."""
+        return grouped_rows(self.points.track_point, len(self.points.xyz))
 
     def misplaced(self) -> list[Finding]:
         """Frames whose poses contradict their points or, without points, the path beside them."""
@@ -155,14 +159,14 @@ class _Placed:
         return found + exceeding(findings.MISPLACED, off, 1.0, OFF_PATH)
 
     def shown(self, frame: int, staying: np.ndarray) -> bool:
-        """Return whether frames show a frame's points or, without any, are near its pose."""
-        if not len(self.rows[frame]):
+        """Return whether one frame that stays shows half of a frame's points or, of few, is one of
+        the closest to it by pose."""
+        seen = self.points.track_point[self.rows[frame]]
+        if len(seen) < LEAST_SEEN:
             return bool(staying[self.near[frame]].any())
-        point = self.points.track_point
-        for other in np.flatnonzero(staying != self._counted):
-            self._seen[point[self.rows[other]]] += 1 if staying[other] else -1
-        self._counted = staying.copy()
-        return bool((self._seen[point[self.rows[frame]]] > 0).mean() >= SHOWN)
+        rows = np.concatenate([self.by_point[point] for point in seen])
+        shared = np.bincount(self.points.track_frame[rows], minlength=len(staying))
+        return bool(shared[staying].max(initial=0) >= SHOWN * len(seen))
 
 
 class _Pictured:
@@ -183,15 +187,14 @@ class _Pictured:
             self.gains, self.colors = photometry.gains_beside(cells, placed.near), np.empty((0, 3))
 
     def blurred(self) -> list[Finding]:
-        """Return frames with less detail than they should have, by three references."""
-        detail, found = sharpness(self.cells), []
-        beside = photometry.blur_beside(detail, self.placed.near)
+        """Return frames with less detail than what shows the same, by two references."""
+        detail, near, found = sharpness(self.cells), self.placed.near, []
+        same = photometry.same_content(self.cells, near)
+        beside = photometry.blur_beside(detail, near, same)
         at_points = photometry.blur_at_points(*self._tracks)
-        of_all = photometry.blur_in_capture(detail)
         for times, limit, what in (
-            (beside, photometry.BESIDE, "the frames beside it"),
+            (beside, photometry.BESIDE, "the frames beside it that show the same"),
             (at_points, photometry.AT_POINTS, "sharp frames at the points that it sees"),
-            (of_all, photometry.OF_CAPTURE, "the capture's sharpest tenth"),
         ):
             found += exceeding(findings.BLURRED, times, limit, f"times less detail than {what}")
         return found

@@ -9,7 +9,7 @@ from fsel.core.points import quantile_of
 
 BESIDE = 2.5  # times less detail than the frames beside it show: 2 to 3 pixels of motion of 480
 AT_POINTS = 6.0  # times less than its points' neighbourhoods show in the sharpest tenth
-OF_CAPTURE = 6.0  # times less than the sharpest tenth of the frames
+SAME = 0.5  # correlation of the grey levels of two frames that show the same, at least
 SHARP = 0.9  # quantile of the detail that sharp frames show
 LEAST_TRACK = 4  # frames that see a point whose detail is compared
 LEAST_POINTS = 20  # of a frame that is compared by them
@@ -24,21 +24,30 @@ LEAST_EXPECTED = 20  # points in the middle of a frame that is judged
 STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 
 
-def blur_beside(sharpness: np.ndarray, near: np.ndarray) -> np.ndarray:
+def blur_beside(sharpness: np.ndarray, near: np.ndarray, same: np.ndarray) -> np.ndarray:
     """Return (N,) times that the (N, m) frames beside each show as much detail, (N, 4)
-    `cells.sharpness`, along the direction that lost most; the second sharpest counts, since a burst
-    blurs some."""
-    ordered = np.sort(np.nan_to_num(sharpness[near], nan=-np.inf), axis=1)
+    `cells.sharpness`, along the direction that lost most; NaN unless two of them, by (N, m) bool,
+    show the same. The second sharpest counts, since a burst blurs some."""
+    shown = np.where(same[..., None], np.nan_to_num(sharpness[near], nan=-np.inf), -np.inf)
+    ordered = np.sort(shown, axis=1)
     usual = ordered[:, -2] if near.shape[1] > 1 else np.full_like(sharpness, np.nan)
     return np.exp(np.where(np.isfinite(usual), usual - sharpness, np.nan).max(axis=1))
 
 
-def blur_in_capture(sharpness: np.ndarray) -> np.ndarray:
-    """(N,) times that the capture's sharpest tenth shows as much detail, see `blur_beside`."""
-    known = ~np.isnan(sharpness).any(axis=1)
-    if not known.any():
-        return np.full(len(sharpness), np.nan)
-    return np.exp((np.quantile(sharpness[known], SHARP, axis=0) - sharpness).max(axis=1))
+def same_content(cells: Cells, near: np.ndarray) -> np.ndarray:
+    """Return (N, m) bool, which of the (N, m) frames beside each show the same: their grey levels,
+    cell by cell, correlate, which blur leaves."""
+    grey = cells.color.mean(axis=1).reshape(len(near), -1)
+    grey[(cells.color == 0).any(axis=1).reshape(grey.shape)] = 0
+
+    def alike(i: int, j: int) -> bool:
+        known = (grey[i] > 0) & (grey[j] > 0)
+        if not known.any():
+            return False
+        one, other = (values[known] - values[known].mean() for values in (grey[i], grey[j]))
+        return bool(one @ other > SAME * np.sqrt((one @ one) * (other @ other)))
+
+    return np.array([[alike(i, j) for j in row] for i, row in enumerate(near.tolist())])
 
 
 def blur_at_points(

@@ -18,7 +18,8 @@ from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS
 from fsel.experiments.paper.crosscapture import BASELINES
 from fsel.experiments.scheme import ExperimentCase, Scenes, Trials, cells_of, led_rows, with_leads
-from fsel.metrics import Metrics, headings, inside
+from fsel.metrics import Metrics, headings
+from fsel.metrics.fused import inside
 from fsel.selection.focus import from_capture
 
 UNTRAINED = (*BASELINES, "nearest")

@@ -1,1 +1,1 @@
-"""Studies beside the paper: speed against error, hard cases, economy, and more."""
+"""Studies beside the paper: speed against error, and hard cases."""

@@ -90,19 +90,6 @@ def measure_cold(
     return {"fit_seconds": seconds, **measure_model(bench, models[0])}, models[0]
 
 
-def measure_splats(
-    bench: BenchCase, reconstruction: Mapping
-) -> tuple[dict[str, float], SplatModel]:
-    """Measure as `measure_cold`; raise TypeError where no splats are made."""
-    cost, model = measure_cold(bench, reconstruction)
-    if not isinstance(model, SplatModel):
-        raise TypeError(
-            f"reconstructor {reconstruction['name']!r}: this study changes settings of `splats` "
-            "alone. Hint: name `splats` first in `reconstruction`"
-        )
-    return cost, model
-
-
 def measure_model(bench: BenchCase, model: Model) -> dict[str, float]:
     """Measure as `measure_cold` for a model, without the fit's seconds."""
     taken = []
@@ -190,7 +177,12 @@ def speed_settings(
     """Measure the reconstructor with one setting changed at a time, means over the problems."""
     rows = []
     for place in benches(folders, splits, generated, k, reconstruction):
-        usual, model = measure_splats(place, reconstruction)
+        usual, model = measure_cold(place, reconstruction)
+        if not isinstance(model, SplatModel):
+            raise TypeError(
+                f"reconstructor {reconstruction['name']!r}: this study changes settings of "
+                "`splats`. Hint: name `splats` first in `reconstruction`"
+            )
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
             cost = usual if default else measure_cold(place, reconstruction, **changes)[0]
             rows.append({"setting": setting, "value": value, "default": default, **cost})

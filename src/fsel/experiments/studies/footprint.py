@@ -33,6 +33,7 @@ REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
 STATUS = Path("/proc/self/status")
 UNCHECKED = {-signal.SIGSEGV, -signal.SIGABRT}  # how native code ends that a limit refuses memory
+THREADLESS = "can't start new thread"  # Python's word where it refuses the memory of a thread
 
 
 def measure_alone(
@@ -72,7 +73,7 @@ def measure_alone(
     if done.returncode:
         words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
         full = done.returncode == -signal.SIGKILL or "MemoryError" in words
-        full |= memory is not None and done.returncode in UNCHECKED
+        full |= memory is not None and (done.returncode in UNCHECKED or THREADLESS in words)
         message = f"{folder}: {len(frames)} frames: {words}"
         raise Unfinished(MEMORY, message, done.stderr) if full else RuntimeError(message)
     answer = json.loads(done.stdout)

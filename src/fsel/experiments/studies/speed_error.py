@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
 
 from fsel.core.files import File, Files, write_text
-from fsel.evaluation.figures import MARKERS, TEXT, name_axes, new_figure, save
-from fsel.evaluation.latex import plain_table
+from fsel.evaluation.figures import MARKERS, TEXT, footnote, name_axes, new_figure, save
+from fsel.evaluation.latex import note, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
 from fsel.selectors.policies import POLICIES
@@ -25,9 +27,10 @@ def speed_error(
     *,
     problems: Sequence[str],
     k: int,
+    facts: Mapping,
 ) -> None:
     """Draw methods and settings, and write the table of methods; `times` is what `selection_time`
-    wrote, whose smallest pool is drawn."""
+    wrote, whose smallest pool is drawn; `facts` as of `fsel.evaluation.latex.note`."""
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
     cells = sweep_cells([*problems, *problems], [*evaluations, *oracles], facts={})
@@ -35,7 +38,7 @@ def speed_error(
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})
     selected = "{} of {} frames".format(*timed[["k", "pool"]].iloc[0])
-    draw(methods, swept, figures, selected=selected, k=k)
+    draw(methods, swept, figures, selected=selected, k=k, facts=facts)
     every = pd.concat([methods, swept], keys=["methods", "settings"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
     write_csv(every, numbers)
@@ -70,13 +73,19 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
 
 
 def draw(
-    methods: pd.DataFrame, settings: pd.DataFrame, outputs: Files, *, selected: str, k: int
+    methods: pd.DataFrame,
+    settings: pd.DataFrame,
+    outputs: Files,
+    *,
+    selected: str,
+    k: int,
+    facts: Mapping,
 ) -> None:
     """Draw dB lost against seconds, on a logarithmic axis, of every method and setting."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     figure = new_figure((TEXT, 3.6))
-    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
+    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15], subplot_kw={"xscale": "log"})
     _draw_methods(left, methods)
     name_axes(left, f"seconds to select {selected}", f"dB behind the search, K = {k}")
     _draw_settings(right, settings)
@@ -84,11 +93,11 @@ def draw(
     titles = {left: "selection methods", right: "settings of splats, one changed at a time"}
     for axis, title in titles.items():
         axis.set_title(title, loc="left", fontsize=8)
-        axis.set_xscale("log")
         low, high = axis.get_xlim()
         axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
         axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.xaxis.set_minor_formatter(NullFormatter())
+    footnote(figure, note(facts))
     save(figure, outputs)
 
 
@@ -117,19 +126,24 @@ def _draw_settings(axis, settings: pd.DataFrame) -> None:
 def _draw_methods(axis, points: pd.DataFrame) -> None:
     """Draw one labelled point a method; down and left is better."""
     axis.axhline(0, color="0.6", linewidth=0.8)
-    points = points.sort_values("gap", kind="stable", ascending=False).reset_index(drop=True)
-    for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
-        ours = name in POLICIES
-        axis.plot(seconds, gap, "s" if ours else "o", color="black" if ours else "0.5", ms=4)
-        # names stand beside the axes in the points' order, where they cannot overlap
+    ours = [name in POLICIES for name in points["method"]]
+    for own, seconds, gap in zip(ours, points["seconds"], points["gap"], strict=True):
+        axis.plot(seconds, gap, "s" if own else "o", color="black" if own else "0.5", ms=4)
+    axis.autoscale_view()
+    marks = points[["seconds", "gap"]].to_numpy()
+    at = axis.transAxes.inverted().transform(axis.transData.transform(marks))
+    places = [(1.06, 1 - (i + 0.5) / len(points)) for i in range(len(points))]
+    # names stand beside the axes; of all ways to lead there, the shortest has no two that cross
+    _, chosen = linear_sum_assignment(cdist(at, places))
+    for name, own, point, place in zip(points["method"], ours, marks, chosen, strict=True):
         axis.annotate(
             PLAIN[name],
-            (seconds, gap),
-            xytext=(1.06, 1 - (i + 0.5) / len(points)),
+            point,
+            xytext=places[place],
             textcoords="axes fraction",
             va="center",
             fontsize=6.5,
-            fontweight="bold" if ours else "normal",
+            fontweight="bold" if own else "normal",
             # to the start of the name
             arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.5, "relpos": (0, 0.5)},
         )

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import inlined, reordered
+from fsel.core.compiled import inlined, reordered, reordered_part
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, basis, slope
 from fsel.reconstruct.gaussians.projection import (
     RED,
@@ -18,7 +18,6 @@ from fsel.reconstruct.gaussians.projection import (
     YY,
     direction,
     flattened,
-    numbers,
     rotation,
     seen,
     tilts,
@@ -32,11 +31,11 @@ FIELDS = 28
 
 
 @reordered
-def backward(table, degree, camera, rows, rank, source, sums, grad):
+def backward(table, degree, lens, rows, rank, source, sums, grad):
     """Add the gradients of the projected Gaussians to those of the parameters.
 
     Args:
-        table, degree, camera: as in `projection.project`.
+        table, degree, lens: as in `projection.project`.
         rows: (v, COLUMNS) projected Gaussians, nearest first.
         rank, source: (m,) int32 where each is in `rows` and in `table`, in the table's order: all
             of them or a part.
@@ -45,18 +44,17 @@ def backward(table, degree, camera, rows, rank, source, sums, grad):
             g dx dx, g dx dy, g dy dy, with dx and dy from the Gaussian to the pixel.
         grad: like `table`, added to.
     """
-    _shade_back(table, degree, camera, rows, rank, source, sums, grad)
+    _shade_back(table, degree, lens, rows, rank, source, sums, grad)
     block = np.ones(FIELDS * LANES)
     for start in range(0, len(source), LANES):
         count = min(LANES, len(source) - start)
-        _gather(table, camera, rows, rank, source, sums, block, start, count)
-        _differentiate(block, camera)
+        _gather(table, lens, rows, rank, source, sums, block, start, count)
+        _differentiate(block, lens)
         _scatter(block, source, grad, start, count)
 
 
-@reordered
-def _gather(table, camera, rows, rank, source, sums, block, start, count):
-    lens = numbers(camera)
+@reordered_part
+def _gather(table, lens, rows, rank, source, sums, block, start, count):
     for p in range(count):
         n, i = rank[start + p], source[start + p]
         x, y, z = seen((float(table[i, 0]), float(table[i, 1]), float(table[i, 2])), lens)
@@ -72,7 +70,7 @@ def _gather(table, camera, rows, rank, source, sums, block, start, count):
             block[(SUMS + k) * LANES + p] = sums[n, 4 + k]
 
 
-@reordered
+@reordered_part
 def _scatter(block, source, grad, start, count):
     for p in range(count):
         i = source[start + p]
@@ -82,20 +80,17 @@ def _scatter(block, source, grad, start, count):
             grad[i, 3 + k] += block[(SCALE_OUT + k) * LANES + p]
 
 
-@reordered
-def _differentiate(block, camera):
+@reordered_part
+def _differentiate(block, lens):
     """Fill the gradients of a block from its other numbers."""
-    lens = numbers(camera)
     for o in range(LANES):
         x, y, z = block[o], block[LANES + o], block[2 * LANES + o]
         turn = (
-            *(block[TURN * LANES + o], block[(TURN + 1) * LANES + o]),
-            *(block[(TURN + 2) * LANES + o], block[(TURN + 3) * LANES + o]),
-        )
-        s = (
-            *(block[SIZE * LANES + o], block[(SIZE + 1) * LANES + o]),
-            block[(SIZE + 2) * LANES + o],
-        )
+            block[TURN * LANES + o], block[(TURN + 1) * LANES + o],
+            block[(TURN + 2) * LANES + o], block[(TURN + 3) * LANES + o],
+        )  # fmt: skip
+        at = SIZE * LANES + o
+        s = block[at], block[at + LANES], block[at + 2 * LANES]
         a, b = block[INVERSE * LANES + o], block[(INVERSE + 1) * LANES + o]
         c = block[(INVERSE + 2) * LANES + o]
         su, sv = block[SUMS * LANES + o], block[(SUMS + 1) * LANES + o]
@@ -118,10 +113,10 @@ def _differentiate(block, camera):
         block[at], block[at + LANES], block[at + 2 * LANES], block[at + 3 * LANES] = quarter
 
 
-@reordered
-def _shade_back(table, degree, camera, rows, rank, source, sums, grad):
+@reordered_part
+def _shade_back(table, degree, lens, rows, rank, source, sums, grad):
     """Add the gradients of opacities and harmonics, and through them of the positions."""
-    lens, values, weights = numbers(camera), np.empty(16), np.empty(16)
+    values, weights = np.empty(16), np.empty(16)
     for m in range(len(source)):
         n, i = rank[m], source[m]
         grad[i, LOGIT] += sums[n, 3] / (1 + math.exp(table[i, LOGIT]))
@@ -153,9 +148,9 @@ def _shape_back(lens, x, y, z, turn, s, back):
     _, m, t = flattened(lens, x, y, z, r, s)
     ga, gb, gc = back
     d = (
-        *(2 * (ga * t[0] + gb * t[3]), 2 * (ga * t[1] + gb * t[4]), 2 * (ga * t[2] + gb * t[5])),
-        *(2 * (gb * t[0] + gc * t[3]), 2 * (gb * t[1] + gc * t[4]), 2 * (gb * t[2] + gc * t[5])),
-    )
+        2 * (ga * t[0] + gb * t[3]), 2 * (ga * t[1] + gb * t[4]), 2 * (ga * t[2] + gb * t[5]),
+        2 * (gb * t[0] + gc * t[3]), 2 * (gb * t[1] + gc * t[4]), 2 * (gb * t[2] + gc * t[5]),
+    )  # fmt: skip
     scale = t[0] * d[0] + t[3] * d[3], t[1] * d[1] + t[4] * d[4], t[2] * d[2] + t[5] * d[5]
     quarter = _rotation_back(m, d, s, unit, shrink)
     first = (d[0] * s[0], d[1] * s[1], d[2] * s[2])
@@ -191,12 +186,12 @@ def _tilt_back(lens, x, y, z, m, n):
 def _rotation_back(m, d, s, unit, shrink):
     """Return the gradient of the quaternion, through its matrix and normalisation."""
     g = (
-        *((m[0] * d[0] + m[3] * d[3]) * s[0], (m[0] * d[1] + m[3] * d[4]) * s[1]),
-        *((m[0] * d[2] + m[3] * d[5]) * s[2], (m[1] * d[0] + m[4] * d[3]) * s[0]),
-        *((m[1] * d[1] + m[4] * d[4]) * s[1], (m[1] * d[2] + m[4] * d[5]) * s[2]),
-        *((m[2] * d[0] + m[5] * d[3]) * s[0], (m[2] * d[1] + m[5] * d[4]) * s[1]),
+        (m[0] * d[0] + m[3] * d[3]) * s[0], (m[0] * d[1] + m[3] * d[4]) * s[1],
+        (m[0] * d[2] + m[3] * d[5]) * s[2], (m[1] * d[0] + m[4] * d[3]) * s[0],
+        (m[1] * d[1] + m[4] * d[4]) * s[1], (m[1] * d[2] + m[4] * d[5]) * s[2],
+        (m[2] * d[0] + m[5] * d[3]) * s[0], (m[2] * d[1] + m[5] * d[4]) * s[1],
         (m[2] * d[2] + m[5] * d[5]) * s[2],
-    )
+    )  # fmt: skip
     w, x, y, z = unit
     dw = 2 * (x * (g[7] - g[5]) + y * (g[2] - g[6]) + z * (g[3] - g[1]))
     dx = 2 * (y * (g[1] + g[3]) + z * (g[2] + g[6]) + w * (g[7] - g[5]) - 2 * x * (g[4] + g[8]))

@@ -45,11 +45,9 @@ def loss_gradient(image, truth, mask, weights, gradient):
     return SSIM_SHARE * ssim + (1 - SSIM_SHARE) * gaps
 
 
-@reordered
 def _differentiate(image, truth, mask, weights, gradient, share, lines, first, last):
     """Fill the gradient of lines `first` to `last`, and the sums of their terms of the loss; twice
     the window's reach beyond them is computed too."""
-    kind = image.dtype.type
     height, width = image.shape[1:]
     low, high = max(first - 2 * REACH, 0), min(last + 2 * REACH, height)
     maps = np.empty((5, high - low, width), image.dtype)
@@ -57,19 +55,13 @@ def _differentiate(image, truth, mask, weights, gradient, share, lines, first, l
     padded = np.zeros((high - low + 2 * REACH, width + 2 * REACH), image.dtype)
     for c in range(3):
         _moments(image[c], truth[c], mask, maps, low)
-        for k in range(5):
-            _smooth(maps[k], weights, padded, smooth[k])
+        _smooth(maps, weights, padded, smooth)
         _similarity(smooth, share, sums)
-        for y in range(first, last):
-            lines[0, c, y] = sums[y - low]
-        for k in range(3):
-            _smooth(smooth[k], weights, padded, maps[2 + k])
+        lines[0, c, first:last] = sums[first - low : last - low]
+        _smooth(smooth[:3], weights, padded, maps[2:])
         _combine(maps, share, gradient[c], lines[1, c], low, first, last)
     if len(mask):
-        for c in range(3):
-            for y in range(first, last):
-                for x in range(width):
-                    gradient[c, y, x] = gradient[c, y, x] if mask[y, x] else kind(0)
+        gradient[:, first:last][:, ~mask[first:last]] = 0
 
 
 @reordered
@@ -86,30 +78,32 @@ def _moments(image, truth, mask, maps, low):
 
 
 @reordered
-def _smooth(source, weights, padded, out):
-    """Convolve with the window; `padded` has zeros along its sides, and stays so."""
-    height, width = source.shape
+def _smooth(sources, weights, padded, made):
+    """Convolve maps with the window; `padded` has zeros along its sides, and stays so."""
+    count, height, width = sources.shape
     w0, w1, w2, w3, w4, w5 = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
-    for y in range(height):
-        line = padded[y + REACH]
-        for x in range(width):
-            line[x + REACH] = source[y, x]
-    for y in range(height):
-        a, b, c, d, e = padded[y], padded[y + 1], padded[y + 2], padded[y + 3], padded[y + 4]
-        f, g, h, i, j = padded[y + 6], padded[y + 7], padded[y + 8], padded[y + 9], padded[y + 10]
-        middle, line = padded[y + 5], out[y]
-        for x in range(width):
-            p = x + REACH
-            near = w0 * middle[p] + w1 * (e[p] + f[p]) + w2 * (d[p] + g[p])
-            line[x] = near + w3 * (c[p] + h[p]) + w4 * (b[p] + i[p]) + w5 * (a[p] + j[p])
-    for y in range(height):
-        line, made = padded[REACH], out[y]
-        for x in range(width):
-            line[x + REACH] = made[x]
-        for x in range(width):
-            near = w0 * line[x + 5] + w1 * (line[x + 4] + line[x + 6])
-            near += w2 * (line[x + 3] + line[x + 7]) + w3 * (line[x + 2] + line[x + 8])
-            made[x] = near + w4 * (line[x + 1] + line[x + 9]) + w5 * (line[x] + line[x + 10])
+    for k in range(count):
+        source, out = sources[k], made[k]
+        for y in range(height):
+            line = padded[y + REACH]
+            for x in range(width):
+                line[x + REACH] = source[y, x]
+        for y in range(height):
+            a, b, c, d, e = padded[y], padded[y + 1], padded[y + 2], padded[y + 3], padded[y + 4]
+            f, g, h, i = padded[y + 6], padded[y + 7], padded[y + 8], padded[y + 9]
+            middle, j, line = padded[y + 5], padded[y + 10], out[y]
+            for x in range(width):
+                p = x + REACH
+                near = w0 * middle[p] + w1 * (e[p] + f[p]) + w2 * (d[p] + g[p])
+                line[x] = near + w3 * (c[p] + h[p]) + w4 * (b[p] + i[p]) + w5 * (a[p] + j[p])
+        for y in range(height):
+            line, to = padded[REACH], out[y]
+            for x in range(width):
+                line[x + REACH] = to[x]
+            for x in range(width):
+                near = w0 * line[x + 5] + w1 * (line[x + 4] + line[x + 6])
+                near += w2 * (line[x + 3] + line[x + 7]) + w3 * (line[x + 2] + line[x + 8])
+                to[x] = near + w4 * (line[x + 1] + line[x + 9]) + w5 * (line[x] + line[x + 10])
 
 
 @reordered

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from fsel.core.compiled import reordered
+from fsel.core.compiled import reordered, reordered_part
 from fsel.core.threads import ranges, spread
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.gaussians.rasterize import exponential
@@ -125,7 +125,7 @@ def _shift_all(table, faint, drawn, size, first, last):
         _shift(table[i], drawn[n], reach)
 
 
-@reordered
+@reordered_part
 def _shift(row, drawn, reach):
     """Add the covariance times a normal vector (3,)."""
     w, x, y, z = row[6], row[7], row[8], row[9]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.compiled import reordered
+from fsel.core.compiled import reordered, reordered_part
 
 MEAN = slice(0, 3)  # position in the normalised frame
 SCALE = slice(3, 6)  # logarithms of the standard deviations along the three axes
@@ -55,7 +55,7 @@ def basis(degree, x, y, z, out):
             out[15] = -C3[0] * x * (xx - 3 * yy)
 
 
-@reordered
+@reordered_part
 def slope(degree, x, y, z, w):
     """Return the gradient of `sum(w * basis)` with respect to x, y and z, to degree two."""
     dx, dy, dz = 0.0, 0.0, 0.0

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import inlined, reordered
+from fsel.core.compiled import inlined, reordered, reordered_part
 from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MOST, basis
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
@@ -21,20 +21,19 @@ COLUMNS = 16  # one cache line of float32
 
 
 @reordered
-def project(table, degree, factor, camera, rows, source):
+def project(table, degree, factor, lens, rows, source):
     """Project the visible Gaussians; return how many they are, and their (n,) float32 depths.
 
     Args:
         table: (n, c) parameters, see `table`.
         degree: of the harmonics in use.
         factor: (n,) factors of the opacities; zero hides a Gaussian.
-        camera: (22,) float64 pose rows (12), centre (3), fx, fy, cx, cy, width, height, nearest
-            depth.
+        lens: a camera's 22 numbers: pose rows (12), centre (3), fx, fy, cx, cy, width, height,
+            nearest depth. A tuple: an array would keep loops from being vectorised.
         rows: (n, COLUMNS), filled for the visible ones.
         source: (n,) int32, filled with their rows of `table`.
     """
     depth = np.empty(len(table), np.float32)
-    lens = numbers(camera)
     width, height, near = lens[19], lens[20], lens[21]
     count = 0
     for i in range(len(table)):
@@ -65,18 +64,8 @@ def project(table, degree, factor, camera, rows, source):
         rows[count, XY] = b * inverse
         source[count], depth[count] = i, z
         count += 1
-    _shade(table, degree, camera, rows, source[:count])
+    _shade(table, degree, lens, rows, source[:count])
     return count, depth
-
-
-@inlined
-def numbers(camera):
-    """Return a camera's numbers as a tuple: an array would keep loops from being vectorised."""
-    return (
-        *(camera[0], camera[1], camera[2], camera[3], camera[4], camera[5], camera[6], camera[7]),
-        *(camera[8], camera[9], camera[10], camera[11], camera[12], camera[13], camera[14]),
-        *(camera[15], camera[16], camera[17], camera[18], camera[19], camera[20], camera[21]),
-    )
 
 
 @inlined
@@ -97,10 +86,10 @@ def rotation(turn):
     scale = 1 / math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w * scale, x * scale, y * scale, z * scale
     matrix = (
-        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
+        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    )  # fmt: skip
     return matrix, (w, x, y, z), scale
 
 
@@ -123,10 +112,10 @@ def flattened(lens, x, y, z, r, sizes):
     j, k = lens[15] / z, lens[16] / z
     # the projection's derivative in the world's axes, 2x3
     m = (
-        *(j * (lens[0] - tilt_x * lens[8]), j * (lens[1] - tilt_x * lens[9])),
-        *(j * (lens[2] - tilt_x * lens[10]), k * (lens[4] - tilt_y * lens[8])),
-        *(k * (lens[5] - tilt_y * lens[9]), k * (lens[6] - tilt_y * lens[10])),
-    )
+        j * (lens[0] - tilt_x * lens[8]), j * (lens[1] - tilt_x * lens[9]),
+        j * (lens[2] - tilt_x * lens[10]), k * (lens[4] - tilt_y * lens[8]),
+        k * (lens[5] - tilt_y * lens[9]), k * (lens[6] - tilt_y * lens[10]),
+    )  # fmt: skip
     sx, sy, sz = sizes
     # times the Gaussian's axes, each as long as its standard deviation
     t = (
@@ -151,10 +140,10 @@ def direction(point, lens):
     return x * inverse, y * inverse, z * inverse, inverse
 
 
-@reordered
-def _shade(table, degree, camera, rows, source):
+@reordered_part
+def _shade(table, degree, lens, rows, source):
     """Fill the colours of the projected Gaussians, seen from the camera."""
-    lens, values = numbers(camera), np.empty(MOST)
+    values = np.empty(MOST)
     for n in range(len(source)):
         i = source[n]
         point = float(table[i, 0]), float(table[i, 1]), float(table[i, 2])

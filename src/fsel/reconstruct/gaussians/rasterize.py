@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from fsel.core.compiled import EXACT, exact, reordered
+from fsel.core.compiled import EXACT, exact, exact_part, reordered, reordered_part
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
 from fsel.reconstruct.gaussians.tiles import TILE
 
@@ -51,13 +51,21 @@ def _exponential(x):
     return lambda x: math.exp(x)
 
 
+def room(dtype):
+    """Return an array that `composite` and `backward` fill; it begins with the distances in x, then
+    in y, of a tile's pixel centres from its corner."""
+    y, x = np.indices((TILE, TILE)) + 0.5
+    return np.concatenate([x.ravel(), y.ravel(), np.zeros(5 * PIXELS)]).astype(dtype)
+
+
 @reordered
-def composite(rows, starts, members, background, image, rest, first):
+def composite(rows, starts, members, room, background, image, rest, first):
     """Render the tiles from the one numbered `first` on.
 
     Args:
         rows: (v, COLUMNS) projected Gaussians, nearest first.
         starts, members: as `tiles.assign` gives them for these tiles.
+        room: as `room` gives it.
         background: (3,) colour behind everything.
         image: (3, h, w), filled.
         rest: (h, w), filled with the light that passes all Gaussians.
@@ -65,7 +73,7 @@ def composite(rows, starts, members, background, image, rest, first):
     height, width = rest.shape
     across = (width + TILE - 1) // TILE
     # of each pixel: the light that passes (below zero when finished), red, green, blue
-    state, at = np.empty(4 * PIXELS, rows.dtype), _centres(rows)
+    at, state = room[: 2 * PIXELS], room[2 * PIXELS : 6 * PIXELS]
     for t in range(len(starts) - 1):
         left, top = ((first + t) % across) * TILE, ((first + t) // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
@@ -84,17 +92,7 @@ def composite(rows, starts, members, background, image, rest, first):
                     image[c, top + y, left + x] = color + background[c] * passed
 
 
-@reordered
-def _centres(rows):
-    """Return distances in x, then in y, of a tile's pixel centres from its corner."""
-    at = np.empty(2 * PIXELS, rows.dtype)
-    for p in range(PIXELS):
-        at[p] = 0.5 + p % TILE
-        at[PIXELS + p] = 0.5 + p // TILE
-    return at
-
-
-@reordered
+@reordered_part
 def _open(state, wide, high):
     """Start a tile; pixels beyond the image are finished."""
     for p in range(PIXELS):
@@ -103,7 +101,7 @@ def _open(state, wide, high):
             state[c * PIXELS + p] = 0
 
 
-@reordered
+@reordered_part
 def _finished(state):
     light = state[0]
     for p in range(1, PIXELS):
@@ -111,19 +109,19 @@ def _finished(state):
     return light < 0
 
 
-@exact
+@exact_part
 def _raw_alpha(dx, dy, xx, xy, yy, peak, floor):
     """Return the opacity of a Gaussian at a pixel, which both passes compare: it rounds alike."""
     return exponential(max(peak + (xx * dx + xy * dy) * dx + yy * dy * dy, floor))
 
 
-@exact
+@exact_part
 def _passed(light, alpha):
     """Return the light that passes an opacity, which both passes compare: it rounds alike."""
     return light - light * alpha
 
 
-@reordered
+@reordered_part
 def _add(state, at, rows, i, left, top):
     """Add one Gaussian to one tile."""
     kind = rows.dtype.type
@@ -147,11 +145,11 @@ def _add(state, at, rows, i, left, top):
 
 
 @reordered
-def backward(rows, starts, members, image, slope, ends, sums, apart, first, last):
+def backward(rows, starts, members, room, image, slope, ends, sums, apart, first, last):
     """Carry the gradient of tiles `first` to `last` back to the Gaussians, summed over pixels.
 
     Args:
-        rows, starts, members: as in `composite`.
+        rows, starts, members, room: as in `composite`.
         image: (3, h, w) as `composite` filled it.
         slope: (3, h, w) gradient with respect to it.
         ends: (tiles,) int64, filled: where the `members` end that any pixel of a tile shows.
@@ -161,7 +159,7 @@ def backward(rows, starts, members, image, slope, ends, sums, apart, first, last
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
     # of each pixel: the light that passes, what lies behind times its gradient, the gradient
-    state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
+    at, state = room[: 2 * PIXELS], room[2 * PIXELS :]
     for t in range(first, last):
         left, top = (t % across) * TILE, (t // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
@@ -193,14 +191,14 @@ def add_up(starts, members, ends, parts, sums, first, last):
                 sums[i, k] += parts[n, k]
 
 
-@exact
+@exact_part
 def _accumulate(out, row, values, alone):
     """Add to a row, or fill it; as `exact`, each sum over a tile is complete before it is added."""
     for k in range(len(values)):
         out[row, k] = values[k] if alone else out[row, k] + values[k]
 
 
-@reordered
+@reordered_part
 def _add_back(state, at, rows, i, left, top, out, row, alone):
     """Add the gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type

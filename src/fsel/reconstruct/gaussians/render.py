@@ -16,11 +16,12 @@ NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not dr
 
 def camera_of(
     world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
-) -> np.ndarray:
-    """Return (22,) float64 numbers of a camera as `projection.project` reads them, of its (3, 4)
-    pose in the Gaussians' frame, (4,) intrinsics and (width, height) in pixels, and least depth."""
+) -> tuple[float, ...]:
+    """Return the 22 numbers of a camera as `projection.project` reads them, of its (3, 4) pose in
+    the Gaussians' frame, (4,) intrinsics and (width, height) in pixels, and least depth."""
     center = -world_to_camera[:, :3].T @ world_to_camera[:, 3]
-    return np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
+    read = np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
+    return tuple(read.tolist())
 
 
 class Canvas:
@@ -38,7 +39,7 @@ class Canvas:
         self._source = np.empty(most, np.int32)
         self._parts = np.empty((0, rasterize.SUMS), dtype)  # sums of each Gaussian on each tile
 
-    def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: np.ndarray):
+    def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: tuple):
         """Render an (n, c) table's Gaussians, their opacities times (n,) `factor`, into `image`,
         and the light that passes into `rest`; return the (v,) int32 rows that are seen,
         ascending."""
@@ -48,7 +49,8 @@ class Canvas:
 
         def band(top: int, bottom: int):
             made = tiles.assign(self.rows, self._lines, self.width, top, bottom)
-            rasterize.composite(self.rows, *made, *out, top * across)
+            room = rasterize.room(self.image.dtype)
+            rasterize.composite(self.rows, *made, room, *out, top * across)
             return made
 
         self.tiles = tiles.joined(spread(band, ranges(down, FEWEST_LINES, BANDS)))
@@ -78,7 +80,7 @@ class Canvas:
         call `update(first, last)`, if any, for ranges of the Gaussians seen."""
         (_, members), ends = self.tiles, np.empty(len(self.tiles[0]) - 1, np.int64)
         sums = np.zeros((len(self.rows), rasterize.SUMS), table.dtype)
-        given = self.rows, *self.tiles, self.image, gradient, ends
+        given = self.image, gradient, ends
         parts = ranges(len(ends), FEWEST_TILES, PARTS)
         apart = len(parts) > 1
         if apart and len(self._parts) < len(members):
@@ -87,7 +89,8 @@ class Canvas:
 
         def tiled(first: int, last: int) -> None:
             out = self._parts if apart else sums
-            rasterize.backward(*given, out, apart, first, last)
+            room = rasterize.room(self.image.dtype)
+            rasterize.backward(self.rows, *self.tiles, room, *given, out, apart, first, last)
             if apart:  # sums are added in the order of the tiles, as on one thread
                 add_up(first, last)
 

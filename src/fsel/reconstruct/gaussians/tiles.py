@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.compiled import exact, inlined
+from fsel.core.compiled import exact, exact_part
 from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
 
 TILE = 8  # pixels
@@ -12,26 +12,30 @@ SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, o
 DIGIT = 11  # bits sorted at a time
 
 
-@exact
 def by_depth(depth):
     """Return the stable order of positive float32 depths, nearest first, by a radix sort."""
-    count = len(depth)
-    bits = depth.view(np.uint32)
-    order, spare = np.arange(count).astype(np.int32), np.empty(count, np.int32)
-    mask = np.uint32((1 << DIGIT) - 1)
+    order, spare = np.arange(len(depth), dtype=np.int32), np.empty(len(depth), np.int32)
+    ends = np.empty((1 << DIGIT) + 1, np.int64)
     for step in range(3):
-        shift = np.uint32(DIGIT * step)
-        ends = np.zeros((1 << DIGIT) + 1, np.int64)
-        for n in range(count):
-            ends[((bits[n] >> shift) & mask) + 1] += 1
-        for b in range(1 << DIGIT):
-            ends[b + 1] += ends[b]
-        for n in range(count):
-            digit = (bits[order[n]] >> shift) & mask
-            spare[ends[digit]] = order[n]
-            ends[digit] += 1
+        _sort(depth.view(np.uint32), DIGIT * step, order, ends, spare)
         order, spare = spare, order
     return order
+
+
+@exact
+def _sort(bits, shift, order, ends, ordered):
+    """Fill an order sorted by a digit of numbers, the bits from `shift` on."""
+    mask, shift = np.uint32((1 << DIGIT) - 1), np.uint32(shift)
+    for b in range(len(ends)):
+        ends[b] = 0
+    for n in range(len(bits)):
+        ends[((bits[n] >> shift) & mask) + 1] += 1
+    for b in range(len(ends) - 1):
+        ends[b + 1] += ends[b]
+    for n in range(len(bits)):
+        digit = (bits[order[n]] >> shift) & mask
+        ordered[ends[digit]] = order[n]
+        ends[digit] += 1
 
 
 @exact
@@ -48,7 +52,6 @@ def arrange(order, place, rows, height, ordered, rank, lines, first, last):
         lines[n, 0], lines[n, 1] = _lines(ordered, n, height)
 
 
-@exact
 def assign(rows, lines, width, top, bottom):
     """Return the tiles of sorted Gaussians with a pixel centre where alpha is 1/255 or more.
 
@@ -63,11 +66,20 @@ def assign(rows, lines, width, top, bottom):
         `members[starts[t] : starts[t + 1]]`, nearest first.
     """
     across = (width + TILE - 1) // TILE
-    starts = np.zeros(across * (bottom - top) + 1, np.int64)
-    met = 0
-    for n in range(len(rows)):
-        met += max(min(lines[n, 1], bottom - 1) - max(lines[n, 0], top) + 1, 0)
-    spans = np.empty((met, 3), np.int32)  # Gaussian, first and last tile of each line that is met
+    highest, lowest = np.maximum(lines[:, 0], top), np.minimum(lines[:, 1], bottom - 1)
+    met = np.maximum(lowest.astype(np.int64) - highest + 1, 0).sum()
+    starts, spans = np.zeros(across * (bottom - top) + 1, np.int64), np.empty((met, 3), np.int32)
+    _cover(rows, lines, width, across, top, bottom, starts, spans)
+    np.cumsum(starts, out=starts)
+    members = np.empty(starts[-1], np.int32)
+    _fill(spans, starts[:-1].copy(), members)
+    return starts, members
+
+
+@exact
+def _cover(rows, lines, width, across, top, bottom, starts, spans):
+    """Fill the (m, 3) Gaussian, first and last tile of each line of tiles that is met, and count
+    the members of each tile after it in `starts`."""
     k = 0
     for n in range(len(rows)):
         for line in range(max(lines[n, 0], top), min(lines[n, 1], bottom - 1) + 1):
@@ -77,14 +89,14 @@ def assign(rows, lines, width, top, bottom):
             k += 1
             for at in range(before + first, before + last + 1):
                 starts[at + 1] += 1
-    for t in range(len(starts) - 1):
-        starts[t + 1] += starts[t]
-    ends, members = starts[:-1].copy(), np.empty(starts[-1], np.int32)
-    for k in range(met):
+
+
+@exact
+def _fill(spans, ends, members):
+    for k in range(len(spans)):
         for at in range(spans[k, 1], spans[k, 2] + 1):
             members[ends[at]] = spans[k, 0]
             ends[at] += 1
-    return starts, members
 
 
 def joined(bands):
@@ -94,7 +106,7 @@ def joined(bands):
     return np.concatenate([bands[0][0][:1], *starts]), np.concatenate([m for _, m in bands])
 
 
-@inlined
+@exact_part
 def _lines(rows, n, height):
     """Return the first and last row of tiles that an ellipse may reach."""
     low = max(rows[n, V] - rows[n, HALF_Y] - 0.5 - SLACK, 0.0)
@@ -102,7 +114,7 @@ def _lines(rows, n, height):
     return int(np.ceil(low)) // TILE, int(np.floor(high)) // TILE
 
 
-@inlined
+@exact_part
 def _span(rows, n, line, width):
     """Return the first and last tile of a row whose pixel centres an ellipse may reach."""
     low = max(line * TILE + 0.5 - rows[n, V], -rows[n, HALF_Y])
@@ -120,7 +132,7 @@ def _span(rows, n, line, width):
     return first // TILE, last // TILE
 
 
-@inlined
+@exact_part
 def _edge(rows, n, y, side):
     """Return the left (-1) or right (1) end of the ellipse at a height, from its middle."""
     a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 from fsel.reconstruct.radiance_field.rays import (
     HALF_SIDE,
     OPAQUE,
@@ -22,7 +22,6 @@ from fsel.reconstruct.radiance_field.rays import (
 MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 
 
-@exact
 def record(rays, step, count, kind):
     """Make room for what is kept of the samples of some rays: contracted space less than doubles
     the length of one. `kind` is an array of their type; pages that are not written take no memory.
@@ -32,7 +31,7 @@ def record(rays, step, count, kind):
     return rows, shares, np.empty((room, width_of(count)), dtype), np.empty(room)
 
 
-@exact
+@exact_part
 def _buffers(step, count, dtype):
     room = _longest(step)
     samples = np.empty(room, np.int64), np.empty((room, 3), dtype)
@@ -73,12 +72,16 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     return errors, ends
 
 
-@exact
 def render_rays(rays, near, grid, field, count, background, least, out):
     """Fill (n, 3) colours of rays, with samples in the middle of their steps."""
+    kept = record(1, grid[0], count, out)
+    _render(rays, near, grid, field, count, background, least, kept, out)
+
+
+@exact
+def _render(rays, near, grid, field, count, background, least, kept, out):
     step, side, occupied = grid
     (cells, parts), state, basis = _buffers(step, count, out.dtype)
-    kept = record(1, step, count, out)
     for q in range(len(rays)):
         harmonics(rays[q], basis)
         met = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 from fsel.reconstruct.lanes import LANES, blend, scatter
 
 HALF_SIDE = 2.0  # of the cube that all of space is contracted into
@@ -81,7 +81,7 @@ def sample(ray, near, late, step, side, occupied, cells, parts):
     return count
 
 
-@exact
+@exact_part
 def trilinear(cell, part, side, index, rows, shares):
     """Fill the (8,) rows of the vertices around a sample, and their (8,) weights."""
     for c in range(8):
@@ -93,7 +93,7 @@ def trilinear(cell, part, side, index, rows, shares):
         shares[c] = u * v * w
 
 
-@exact
+@exact_part
 def optical_depth(rows, shares, density, step):
     """Return the interpolated density, whose logarithm the vertices hold, times the step."""
     raw = 0.0
@@ -102,7 +102,7 @@ def optical_depth(rows, shares, density, step):
     return math.exp(min(raw, DENSEST)) * step
 
 
-@exact
+@exact_part
 def harmonics(ray, basis):
     """Fill real spherical harmonics of a direction, up to factors: 1; x, y, z; five more."""
     x, y, z = float(ray[3]), float(ray[4]), float(ray[5])
@@ -120,7 +120,7 @@ def width_of(count):
     return (3 * count + LANES - 1) // LANES * LANES
 
 
-@exact
+@exact_part
 def composite(samples, side, step, field, basis, least, kept, state, out):
     """Composite one ray front to back; return the samples kept and the transmittance left.
 
@@ -154,7 +154,7 @@ def composite(samples, side, step, field, basis, least, kept, state, out):
     return n, left
 
 
-@exact
+@exact_part
 def _shade(lanes, basis, channels):
     """Fill the colour seen from the basis' direction: the sigmoid of the harmonics' sum."""
     zero = basis[0] * 0
@@ -168,7 +168,7 @@ def _shade(lanes, basis, channels):
     channels[2] = 1.0 / (1.0 + math.exp(-blue))
 
 
-@exact
+@exact_part
 def backpropagate(n, kept, state, basis, slope, behind):
     """Fill the gradients of a ray's samples, by raw colours (S, W) and log density (S,), of `kept`.
 

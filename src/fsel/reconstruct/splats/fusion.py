@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
@@ -34,23 +34,31 @@ class Verdicts(NamedTuple):
     bounds: np.ndarray  # (B, M, 2) int64, end of those that agree, start of those that float
 
 
-@exact
 def compare(first, inverse, rays, neighbours, rotation, translation, ks, tolerance):
     """Carry every pixel of B depth maps in a row, from the `first` on, into their neighbours and
     compare; see `fsel.reconstruct.splats.consistency.Maps`, whose neighbours, rotations,
     translations and tolerances are of the B alone.
     """
-    maps, height, width = inverse.shape
-    (count, each), size = neighbours.shape, height * width
-    pixels = np.empty((count, each, size + 1), U32)
-    others, carried = np.empty_like(pixels), np.empty(pixels.shape, F)
-    bounds = np.empty((count, each, 2), np.int64)
-    flat, ray = inverse.reshape(maps, size), rays.reshape(maps, 2, size)
+    shape = (*neighbours.shape, inverse[0].size + 1)
+    lists = np.empty(shape, U32), np.empty(shape, U32), np.empty(shape, F)
+    verdicts = Verdicts(*lists, np.empty((*neighbours.shape, 2), np.int64))
+    given = neighbours, rotation, translation, ks, tolerance
+    flat, ray = inverse.reshape(len(inverse), -1), rays.reshape(len(rays), 2, -1)
+    _compare(first, flat, ray, *inverse.shape[:0:-1], *given, *verdicts)
+    return verdicts
+
+
+@exact
+def _compare(
+    first, flat, ray, width, height, neighbours, rotation, translation, ks, tolerance,
+    pixels, others, carried, bounds,
+):  # fmt: skip
+    size = flat.shape[1]
     at, z = np.empty(size, INT), np.empty(size, F)
     theirs, back = np.empty(size, F), np.empty(size, F)
-    for i in range(count):
+    for i in range(len(neighbours)):
         own, lines = flat[first + i], ray[first + i]
-        for m in range(each):
+        for m in range(neighbours.shape[1]):
             j = neighbours[i, m]
             _locate(own, lines, rotation[i, m], translation[i, m], ks[j], width, height, at, z)
             for p in range(size):
@@ -62,10 +70,9 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
             for n in range(start, size + 1):
                 paired[n] = at[listed[n]]
             bounds[i, m, 0], bounds[i, m, 1] = end, start
-    return Verdicts(pixels, others, carried, bounds)
 
 
-@exact
+@exact_part
 def _list(own, theirs, at, z, tolerance, back, pixels):
     """Fill the list of one map and neighbour, and what is carried back; return the bounds."""
     agree, floats = np.empty(len(own), np.uint8), np.empty(len(own), np.uint8)
@@ -85,7 +92,7 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
     return np.int64(end), np.int64(last) + 1
 
 
-@exact
+@exact_part
 def _locate(own, ray, rotation, translation, k, width, height, at, z):
     """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth, over
     the pixel's own, which may be infinite."""
@@ -105,86 +112,88 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
         z[p] = depth
 
 
-@exact
 def vote(first, sure, neighbours, verdicts, against_weight):
     """Return (B, h, w) float32 opacities, 0..1, from the verdicts of neighbours by their certainty.
 
     `sure` is (K, h, w) float32, matching confidence or the last round's opacity; a free-space
     violation weighs `against_weight` beside an agreement.
     """
-    maps, height, width = sure.shape
-    count, size = len(neighbours), height * width
-    flat = sure.reshape(maps, size)
-    opacity = np.empty((count, size), F)
-    support, against = np.empty(size, F), np.empty(size, F)
-    for i in range(count):
-        for p in range(size):
-            support[p], against[p] = OWN * flat[first + i, p], F(0)
-        for m in range(neighbours.shape[1]):
-            theirs = flat[neighbours[i, m]]
-            pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]
-            for n in range(verdicts.bounds[i, m, 0]):
-                support[pixels[n]] += theirs[others[n]]
-            for n in range(verdicts.bounds[i, m, 1], size + 1):
-                against[pixels[n]] += theirs[others[n]]
-        for p in range(size):
-            opacity[i, p] = support[p] / (DOUBT + support[p] + against_weight * against[p])
-    return opacity.reshape(count, height, width)
+    opacity = np.empty((len(neighbours), *sure.shape[1:]), F)
+    flat, out = sure.reshape(len(sure), -1), opacity.reshape(len(opacity), -1)
+    _vote(first, flat, neighbours, *verdicts, against_weight, out)
+    return opacity
 
 
 @exact
+def _vote(first, flat, neighbours, pixels, others, _, bounds, against_weight, opacity):
+    size = flat.shape[1]
+    support, against = np.empty(size, F), np.empty(size, F)
+    for i in range(len(neighbours)):
+        for p in range(size):
+            support[p], against[p] = OWN * flat[first + i, p], F(0)
+        for m in range(neighbours.shape[1]):
+            theirs, listed, paired = flat[neighbours[i, m]], pixels[i, m], others[i, m]
+            for n in range(bounds[i, m, 0]):
+                support[listed[n]] += theirs[paired[n]]
+            for n in range(bounds[i, m, 1], size + 1):
+                against[listed[n]] += theirs[paired[n]]
+        for p in range(size):
+            opacity[i, p] = support[p] / (DOUBT + support[p] + against_weight * against[p])
+
+
 def fuse(first, inverse, opacity, neighbours, verdicts):
     """Return (B, h, w) float32 inverse depths, averaged by (K, h, w) opacity with neighbours that
     agree; see `compare` and `vote`."""
-    maps, height, width = inverse.shape
-    count, size = len(neighbours), height * width
-    own, sure = inverse.reshape(maps, size), opacity.reshape(maps, size)
-    fused = np.empty((count, size), F)
+    fused = np.empty((len(neighbours), *inverse.shape[1:]), F)
+    flat = [maps.reshape(len(maps), -1) for maps in (inverse, opacity, fused)]
+    _fuse(first, *flat, neighbours, *verdicts)
+    return fused
+
+
+@exact
+def _fuse(first, own, sure, fused, neighbours, pixels, others, carried, bounds):
+    size = own.shape[1]
     weight = np.empty(size, F)
-    for i in range(count):
+    for i in range(len(neighbours)):
         mean = fused[i]
         for p in range(size):
             weight[p] = sure[first + i, p] + DEPTH_FLOOR
             mean[p] = own[first + i, p] * weight[p]
         for m in range(neighbours.shape[1]):
-            theirs, carried = sure[neighbours[i, m]], verdicts.carried[i, m]
-            pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]
-            for n in range(verdicts.bounds[i, m, 0]):
-                share = theirs[others[n]] if carried[n] > F(0) else F(0)
-                mean[pixels[n]] += share * carried[n]
-                weight[pixels[n]] += share
+            theirs, brought = sure[neighbours[i, m]], carried[i, m]
+            listed, paired = pixels[i, m], others[i, m]
+            for n in range(bounds[i, m, 0]):
+                share = theirs[paired[n]] if brought[n] > F(0) else F(0)
+                mean[listed[n]] += share * brought[n]
+                weight[listed[n]] += share
         for p in range(size):
             mean[p] /= weight[p]
-    return fused.reshape(count, height, width)
 
 
-@exact
 def place(fused, opacity, rays, camera_to_world, images, threshold):
     """Return float32 splats (5, n) of pixels of at least `threshold` opacity, and their colours
     (n, 3), 0..255, of (K, 3, 4) poses and (K, h, w, 3) uint8 images.
 
     The rows are world x, y, z, opacity, and depth in the source camera.
     """
-    count, height, width = fused.shape
-    size = height * width
-    inverse, sure = fused.reshape(count, size), opacity.reshape(count, size)
-    kept, end = np.empty(count * size + 1, U32), 0
-    ends = np.zeros(count + 1, np.int64)
-    for i in range(count):
-        for p in range(size):
-            kept[end] = p
-            end += sure[i, p] >= threshold
-        ends[i + 1] = end
-    splats, colors = np.empty((5, end), F), np.empty((end, 3), F)
-    for i in range(count):
-        pose, image = camera_to_world[i], images[i].reshape(size, 3)
-        x, y = rays[i, 0].reshape(size), rays[i, 1].reshape(size)
-        for n in range(ends[i], ends[i + 1]):
-            p = kept[n]
-            depth = F(1) / inverse[i, p]
-            u, v = x[p] * depth, y[p] * depth
-            for a in range(3):
-                splats[a, n] = pose[a, 0] * u + pose[a, 1] * v + pose[a, 2] * depth + pose[a, 3]
-                colors[n, a] = image[p, a]
-            splats[3, n], splats[4, n] = sure[i, p], depth
+    count = len(fused)
+    frame, pixel = np.nonzero(opacity.reshape(count, -1) >= threshold)
+    splats, colors = np.empty((5, len(frame)), F), np.empty((len(frame), 3), F)
+    maps = [made.reshape(count, -1) for made in (fused, opacity)]
+    rays, images = rays.reshape(count, 2, -1), images.reshape(count, -1, 3)
+    poses = np.ascontiguousarray(camera_to_world)
+    _place(frame, pixel, *maps, rays, poses, images, splats, colors)
     return splats, colors
+
+
+@exact
+def _place(frame, pixel, inverse, sure, rays, poses, images, splats, colors):
+    for n in range(len(frame)):
+        i, p = frame[n], pixel[n]
+        depth = F(1) / inverse[i, p]
+        u, v = rays[i, 0, p] * depth, rays[i, 1, p] * depth
+        for a in range(3):
+            near = poses[i, a, 0] * u + poses[i, a, 1] * v + poses[i, a, 2] * depth
+            splats[a, n] = near + poses[i, a, 3]
+            colors[n, a] = images[i, p, a]
+        splats[3, n], splats[4, n] = sure[i, p], depth

@@ -27,7 +27,6 @@ MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
 # older ones are seldom needed again, and allocating more memory takes time
 PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
-BEYOND = 2.0  # pixels: the renderer's footprints and depth pass reach one beyond the image
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         if depth_map is None:
             costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
-            cost = stereo.merge_costs(*padded, len(costs))
+            cost = stereo.merge_costs(padded, len(costs))
             settings = self.settings
             small, large = np.int16(settings.small_penalty), np.float32(settings.large_penalty)
             total = stereo.aggregate(cost, self.frames[frame].grey, small, large)
@@ -228,20 +227,6 @@ class SplatModel(Fitted):
 
         parts = spread(rendered, ranges(len(poses), 1))
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-    def seen_by(self, views: Views) -> SplatModel:
-        """Return the splats that fall into any of T views, which render exactly as with all."""
-        width, height = views.size
-        kept = np.zeros(self.primitives, bool)
-        poses = self.frame.local_poses(views.world_to_camera)
-        for pose, (fx, fy, cx, cy) in zip(poses, views.intrinsics, strict=True):
-            x, y, z = pose[:, :3] @ self.splats[:3] + pose[:, 3:]
-            ahead = np.maximum(z, np.finfo(np.float32).tiny)
-            u, v = fx * x / ahead + cx, fy * y / ahead + cy
-            inside = (u > -BEYOND) & (u < width + BEYOND) & (v > -BEYOND) & (v < height + BEYOND)
-            kept |= inside & (z > 0)
-        splats = np.ascontiguousarray(self.splats[:, kept])
-        return replace(self, splats=splats, colors=self.colors[kept])
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""

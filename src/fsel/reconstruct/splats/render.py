@@ -6,16 +6,16 @@ import numpy as np
 
 from fsel.core.compiled import exact
 from fsel.reconstruct.lanes import add_scaled
-from fsel.reconstruct.splats.holes import fill_holes, typical_weight
+from fsel.reconstruct.splats.holes import fill_holes
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
 
 BINS = 24  # of inverse depth in the depth pass
+TOGETHER = 16  # views whose holes are filled at once
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
 
 
-@exact
 def render_views(splats, colors, poses, ks, size, tolerance, depths):
     """Return (T, height, width, 3) float32 views in 0..1 of a cloud of splats, holes filled.
 
@@ -31,22 +31,18 @@ def render_views(splats, colors, poses, ks, size, tolerance, depths):
     width, height = size
     out = np.empty((len(poses), height, width, 3), F)
     room = make_room(splats.shape[1], size)
-    painted = np.empty((len(colors), 4), F)
-    for i in range(len(colors)):
-        for c in range(3):
-            painted[i, c] = colors[i, c]
-        painted[i, 3] = F(1)
-    for t in range(len(poses)):
-        total = render_view(splats, painted, poses[t], ks[t], size, tolerance, depths, room)
-        filled, image = fill_holes(total, typical_weight(total)), out[t]
-        for y in range(height):
-            for x in range(width):
-                for c in range(3):
-                    image[y, x, c] = min(max(filled[y, x, c] / F(255), F(0)), F(1))
-    return out
+    painted = np.ones((len(colors), 4), F)
+    painted[:, :3] = colors
+    for first in range(0, len(out), TOGETHER):
+        images = out[first : first + TOGETHER]
+        planes = np.empty((len(images), 4, height, width), F)
+        for t, plane in enumerate(planes, first):
+            total = render_view(splats, painted, poses[t], ks[t], size, tolerance, depths, room)
+            plane[:] = total.transpose(2, 0, 1)
+        np.divide(fill_holes(planes), F(255), out=images)
+    return np.clip(out, F(0), F(1), out=out)
 
 
-@exact
 def make_room(n, size):
     """Return arrays that every view of n splats uses anew: see `_project` and `_reach`."""
     width, height = size
@@ -55,7 +51,6 @@ def make_room(n, size):
     return np.empty((3, n), F), cells, corners, index, mass
 
 
-@exact
 def render_view(splats, colors, pose, k, size, tolerance, depths, room):
     """Return (height, width, 4) float32 weighted colour sums, and weights, of one view.
 
@@ -74,14 +69,14 @@ def render_view(splats, colors, pose, k, size, tolerance, depths, room):
     low = F(1) / depths[1]
     bins = low, F(BINS) / (F(1) / depths[0] - low)
     _project(splats, pose, k, size, bins, where, cells, corners)
-    index = index[: _inside(cells, index)]
-    flat = mass.reshape(mass.size)
-    flat[:] = F(0)
-    for i in index:
-        flat[cells[i]] += splats[3, i]
-    reach = _reach(mass, bins, tolerance)
+    index = index[: _gather(cells, splats[3], index, mass.ravel())]
+    reach = np.zeros((size[1] + 2, size[0] + 2), F)
+    _reach(mass, bins, tolerance, reach)
     index = index[: _in_front(where[2], corners, reach, index)]
-    return _accumulate(where, corners, splats[3], index, colors, reach)
+    total = np.zeros((*reach.shape, 4), F)
+    flat = colors.ravel(), reach.ravel(), total.ravel()
+    _accumulate(where, corners, splats[3], index, U(reach.shape[1]), *flat)
+    return total[1:-1, 1:-1]
 
 
 @exact
@@ -109,21 +104,26 @@ def _project(splats, pose, k, size, bins, where, cells, corners):
 
 
 @exact
-def _inside(cells, index):
-    """Fill `index` with the cells that are not -1, without branches; return their number."""
+def _gather(cells, opacity, index, mass):
+    """Fill `index` with the splats whose cell is not -1, without branches, and the cells' `mass`
+    with their opacities; return the number of these splats."""
     kept = U(0)
     for i in range(len(cells)):
         index[kept] = i
         kept += U(cells[i] >= 0)
+    for cell in range(len(mass)):
+        mass[cell] = F(0)
+    for n in range(kept):
+        i = index[n]
+        mass[cells[i]] += opacity[i]
     return np.int64(kept)
 
 
 @exact
-def _reach(mass, bins, tolerance):
-    """Return (h + 2, w + 2) least inverse depths that count at each pixel: of the first bin,
+def _reach(mass, bins, tolerance, reach):
+    """Fill (h + 2, w + 2) least inverse depths that count at each pixel: of the first bin,
     nearest first, by which SHARE of the (h + 2, BINS, w + 2) opacity in 3x3 pixels has been met."""
     height, width = mass.shape[0] - 2, mass.shape[2] - 2
-    reach = np.zeros((height + 2, width + 2), F)
     columns, window = np.empty((BINS, width + 2), F), np.empty((BINS, width), F)
     missing, behind = np.empty(width, F), np.empty(width, F)
     low, thickness = bins[0], F(1) / bins[1]
@@ -144,35 +144,31 @@ def _reach(mass, bins, tolerance):
                 behind[x] -= F(1) if missing[x] > 0 else F(0)
         for x in range(width):
             reach[y + 1, x + 1] = (low + behind[x] * thickness) / (F(1) + tolerance)
-    return reach
 
 
 @exact
 def _in_front(closeness, corners, reach, index):
     """Keep the indexed splats that count at any of their four pixels; return their number."""
     height, width = reach.shape
-    least, kept = np.zeros((height, width), F), U(0)
+    least, kept = np.empty(height * width, F), U(0)  # the last row and column are never read
     for y in range(height - 1):
         for x in range(width - 1):
             upper, lower = (
                 min(reach[y, x], reach[y, x + 1]),
                 min(reach[y + 1, x], reach[y + 1, x + 1]),
             )
-            least[y, x] = min(upper, lower)
-    flat = least.reshape(height * width)
+            least[y * width + x] = min(upper, lower)
     for i in index:
         index[kept] = i
-        kept += U(closeness[i] >= flat[U32(corners[i])])
+        kept += U(closeness[i] >= least[U32(corners[i])])
     return np.int64(kept)
 
 
 @exact
-def _accumulate(where, corners, weights, index, colors, reach):
-    """Return colours and weights of what is no farther than `reach`, over 2x2 pixels."""
+def _accumulate(where, corners, weights, index, row, flat, limit, total):
+    """Add up colours and weights of what is no farther than the `limit` of its pixel, over 2x2
+    pixels; `row` is the length of a row of pixels, and the last three arrays are flat."""
     across, down, closeness = where[0], where[1], where[2]
-    height, width = reach.shape
-    limit, flat, row = reach.reshape(height * width), colors.reshape(colors.size), U(width)
-    total = np.zeros(4 * height * width, F)
     for i in index:
         a = U(corners[i])
         fu, fv = across[i] - np.floor(across[i]), down[i] - np.floor(down[i])
@@ -188,4 +184,3 @@ def _accumulate(where, corners, weights, index, colors, reach):
         add_scaled(total, U(4) * b, in_b, flat, of)
         add_scaled(total, U(4) * c, in_c, flat, of)
         add_scaled(total, U(4) * d, in_d, flat, of)
-    return total.reshape(height, width, 4)[1:-1, 1:-1]

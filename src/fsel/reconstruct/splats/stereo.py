@@ -9,7 +9,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 
 F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64
@@ -27,7 +27,6 @@ def packed(image):
     return levels[..., 0] | levels[..., 1] << U(16) | levels[..., 2] << U(32)
 
 
-@exact
 def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, truncation):
     """Return (h, w, D) uint8 matching costs of an ordered pair of frames; 255 is the truncation.
 
@@ -42,21 +41,27 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
         truncation: mean absolute difference, grey levels, that saturates the cost.
     """
     height, width = reference.shape[:2]
-    planes = len(inverse)
-    cost = np.empty((height, width * planes), np.uint8)
-    flat = enlarged.reshape(enlarged.size)
-    index, levels = np.empty(width * planes, INT), np.empty(width * planes, U)
-    # row by row in three loops: only the middle one, which gathers, does not vectorise
-    for y in range(height):
-        _project(rays[:, y], rotation, translation, k, inverse, enlarged.shape, index)
-        for n in range(len(index)):
-            levels[n] = flat[np.uint32(max(index[n], INT(0)))]
-        _match(reference[y], levels, index, truncation, cost[y])
-    return cost.reshape(height, width, planes)
+    cost = np.empty((height, width, len(inverse)), np.uint8)
+    pose = rotation, translation, k, inverse
+    flat = enlarged.ravel(), cost.reshape(height, -1)
+    _match_rows(reference, rays, *pose, enlarged.shape, truncation, *flat)
+    return cost
 
 
 @exact
-def _project(rays, rotation, translation, k, inverse, shape, index):
+def _match_rows(reference, rays, rotation, translation, k, inverse, shape, truncation, flat, cost):
+    """Fill the costs of a pair, (h, w * D)."""
+    index, levels = np.empty(cost.shape[1], INT), np.empty(cost.shape[1], U)
+    # row by row in three loops: only the middle one, which gathers, does not vectorise
+    for y in range(len(cost)):
+        _project(rays, y, rotation, translation, k, inverse, shape, index)
+        for n in range(len(index)):
+            levels[n] = flat[np.uint32(max(index[n], INT(0)))]
+        _match(reference[y], levels, index, truncation, cost[y])
+
+
+@exact_part
+def _project(rays, y, rotation, translation, k, inverse, shape, index):
     """Fill the flat pixels of a source image that a row's pixels fall on at each plane, or -1."""
     fx, fy, cx, cy = F(2) * k[0], F(2) * k[1], F(2) * k[2], F(2) * k[3]
     bx = fx * translation[0] + cx * translation[2]
@@ -64,8 +69,8 @@ def _project(rays, rotation, translation, k, inverse, shape, index):
     bz = translation[2]
     limit_x, limit_y, row_length = F(shape[1]), F(shape[0]), INT(shape[1])
     planes = U(len(inverse))
-    for x in range(rays.shape[1]):
-        rx, ry = rays[0, x], rays[1, x]
+    for x in range(rays.shape[2]):
+        rx, ry = rays[0, y, x], rays[1, y, x]
         px = rotation[0, 0] * rx + rotation[0, 1] * ry + rotation[0, 2]
         py = rotation[1, 0] * rx + rotation[1, 1] * ry + rotation[1, 2]
         pz = rotation[2, 0] * rx + rotation[2, 1] * ry + rotation[2, 2]
@@ -82,7 +87,7 @@ def _project(rays, rotation, translation, k, inverse, shape, index):
             index[first + d] = row * row_length + column if inside else INT(-1)
 
 
-@exact
+@exact_part
 def _match(reference, levels, index, truncation, cost):
     """Fill the costs of a row of pixels, whose planes see the given levels of the source."""
     scale = F(255.0) / (F(3 * 16) * truncation)
@@ -98,12 +103,16 @@ def _match(reference, levels, index, truncation, cost):
             cost[n] = np.uint8(INT(value if index[n] >= 0 else OUTSIDE))
 
 
-@exact
 def box_filter(cost):
     """Return (h, w, D) uint8 3x3 means over pixels, borders repeated, rounded down."""
+    out, rows = np.empty_like(cost), np.empty((cost.shape[1] + 2, cost.shape[2]), np.uint16)
+    _box_filter(cost, rows, out)
+    return out
+
+
+@exact
+def _box_filter(cost, rows, out):
     height, width, planes = cost.shape
-    rows = np.empty((width + 2, planes), np.uint16)
-    out = np.empty_like(cost)
     for y in range(height):
         up, down = max(y - 1, 0), min(y + 1, height - 1)
         for x in range(width):
@@ -119,15 +128,19 @@ def box_filter(cost):
                 )
                 # 7282 / 65536 is a ninth, exact for sums up to 9 * 255
                 out[y, x, d] = np.uint8(np.uint32(total * np.uint32(7282)) >> np.uint32(16))
+
+
+def merge_costs(costs, count):
+    """Return (h, w, D) int16 twice the mean, rounded down, of the better half of the first `count`
+    of four uint8 costs, which tolerates occlusion."""
+    out = np.empty(costs[0].shape, S)
+    _merge_costs(*costs, count, out)
     return out
 
 
 @exact
-def merge_costs(first, second, third, fourth, count):
-    """Return (h, w, D) int16 twice the mean, rounded down, of the better half of the first `count`
-    uint8 costs, which tolerates occlusion."""
-    height, width, planes = first.shape
-    out = np.empty((height, width, planes), S)
+def _merge_costs(first, second, third, fourth, count, out):
+    height, width, planes = out.shape
     for y in range(height):
         for x in range(width):
             if count == 1:
@@ -148,10 +161,8 @@ def merge_costs(first, second, third, fourth, count):
                     low, other = min(p, q), min(r, s)
                     runner_up = min(max(low, other), min(max(p, q), max(r, s)))
                     out[y, x, d] = S(min(low, other) + runner_up)
-    return out
 
 
-@exact
 def aggregate(cost, grey, small, large):
     """Return (h, w, D) int16 costs aggregated along four axes (SGM, Hirschmueller, PAMI 2008).
 
@@ -161,39 +172,44 @@ def aggregate(cost, grey, small, large):
         small: penalty of a change by one plane, int16.
         large: penalty of a jump on a flat image, float32, at most `LARGEST_PENALTY`.
     """
-    height, width, planes = cost.shape
-    costs, total = cost.reshape(cost.size), np.zeros(cost.size, S)
-    jumps = _jumps(grey, small, large)
-    across, down = jumps[0].reshape(height * width), jumps[1].reshape(height * width)
+    height, width, _ = cost.shape
+    total, (across, down) = np.zeros_like(cost), np.empty((2, height, width), S)
+    _fill_jumps(grey, small, large, across, down)
     for forward in (True, False):
-        _sweep(costs, across, (height, width), (width, 1), forward, small, total)
-        _sweep(costs, down, (width, height), (1, width), forward, small, total)
-    return total.reshape(height, width, planes)
+        for jumps, lines, steps, apart, stride in (
+            (across, height, width, width, 1),
+            (down, width, height, 1, width),
+        ):
+            flat = cost.ravel(), jumps.ravel(), total.ravel()
+            _sweep(*flat, lines, steps, apart, stride, forward, small)
+    return total
 
 
 @exact
-def _sweep(costs, jumps, shape, strides, forward, small, total):
+def _sweep(costs, jumps, total, lines, steps, apart, stride, forward, small):
     """Add the paths along one axis, in one direction, to the flat sums.
 
-    `jumps` are flat penalties between a pixel and the one before it on its line; `shape` counts the
-    lines and the steps along each, `strides` the pixels from one to the next.
+    `jumps` are flat penalties between a pixel and the one before it on its line. Pixels of one line
+    lie a `stride` apart, and the lines' first ones so far `apart`.
     """
     # all lines advance together: their steps do not wait for each other. Every sum is cut back to
     # int16 at once, or the loop would not vectorise
-    lines, steps = shape
     planes = U(len(costs) // len(jumps))
     room = planes + U(2)
-    old, new = np.full((2, lines * int(room)), S(20000))
-    lows = np.zeros(lines, S)
+    size = lines * int(room)
+    old, new, lows = np.empty(size, S), np.empty(size, S), np.empty(lines, S)
+    for n in range(size):
+        old[n] = new[n] = S(20000)
     for line in range(lines):
+        lows[line] = 0
         for d in range(planes):
             old[U(line) * room + d + U(1)] = 0
     for step in range(steps):
         at = step if forward else steps - 1 - step
         edge = at if forward or step == 0 else at + 1
         for line in range(lines):
-            jump = jumps[U(line * strides[0] + edge * strides[1])]
-            first = U(line * strides[0] + at * strides[1]) * planes
+            jump = jumps[U(line * apart + edge * stride)]
+            first = U(line * apart + at * stride) * planes
             before = U(line) * room
             low, lowest = lows[line], S(20000)
             for d in range(planes):
@@ -208,30 +224,35 @@ def _sweep(costs, jumps, shape, strides, forward, small, total):
 
 
 @exact
-def _jumps(grey, small, large):
-    """Return (2, h, w) int16 penalties of jumps from the pixel before, in rows and in columns."""
-    jumps, least = np.zeros((2, *grey.shape), S), F(small) + F(1)
-    for y in range(grey.shape[0]):
-        for x in range(grey.shape[1]):
-            for axis in range(2):
-                edge = abs(grey[y, x] - grey[max(y - axis, 0), max(x + axis - 1, 0)])
-                penalty = max(least, large / (F(1) + F(0.1) * edge))
-                jumps[axis, y, x] = S(INT(np.rint(penalty)))
-    jumps[0, :, 0], jumps[1, 0] = 0, 0
-    return jumps
+def _fill_jumps(grey, small, large, across, down):
+    """Fill (h, w) int16 penalties of jumps from the pixel before, in rows and in columns."""
+    height, width = grey.shape
+    least = F(small) + F(1)
+    for y in range(height):
+        for x in range(width):
+            edge = abs(grey[y, x] - grey[y, max(x - 1, 0)])
+            penalty = max(least, large / (F(1) + F(0.1) * edge))
+            across[y, x] = S(INT(np.rint(penalty))) if x > 0 else S(0)
+            edge = abs(grey[y, x] - grey[max(y - 1, 0), x])
+            penalty = max(least, large / (F(1) + F(0.1) * edge))
+            down[y, x] = S(INT(np.rint(penalty))) if y > 0 else S(0)
 
 
-@exact
 def winner(total, cost, inverse):
     """Return (h, w) float32 inverse depths, and confidences 0..1: near zero where planes are alike.
 
     The least (h, w, D) int16 aggregated cost wins, with a parabola through it; confidence is by the
     matching cost.
     """
-    height, width, planes = total.shape
-    costs, sums = cost.reshape(cost.size), total.reshape(total.size)
-    size, each = height * width, U(planes)
-    depth, sure = np.empty(size, F), np.empty(size, F)
+    depth, sure = np.empty((2, *total.shape[:2]), F)
+    _win(total.ravel(), cost.ravel(), inverse, depth.ravel(), sure.ravel())
+    return depth, sure
+
+
+@exact
+def _win(sums, costs, inverse, depth, sure):
+    size, planes = len(depth), len(inverse)
+    each = U(planes)
     keys, summed = np.empty(size, INT), np.empty(size, np.uint16)
     for p in range(size):
         # a plane's cost and its number in one integer: the least of them is the first minimum
@@ -252,4 +273,3 @@ def winner(total, cost, inverse):
         depth[p] = inverse[best] + offset * step
         mean = F(summed[p]) / F(planes)
         sure[p] = max(F(0), (mean - F(costs[first + U(best)])) / (mean + CONFIDENCE_OFFSET))
-    return depth.reshape(height, width), sure.reshape(height, width)

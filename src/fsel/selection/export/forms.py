@@ -1,4 +1,4 @@
-"""One subset in the forms that trainers read: a COLMAP model, transforms.json, Long-LRM's JSON."""
+"""One subset as trainers read it, a COLMAP model, transforms.json, Long-LRM's JSON, and viewers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import numpy as np
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.model import build_model, write_capture_model
 from fsel.captures.layouts.nerfstudio import STRAIGHT, intrinsics_of, matrix_of
+from fsel.core.geometry import invert_pose
 from fsel.core.points import RawPoints, grouped_rows
 
 CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"
+VIEWERS = "cameras.json"  # of 3D Gaussian Splatting, which SuperSplat reads too
 LONG_LRM, SCENES = "scene.json", "scenes.txt"
+VIEWER_KEYS = {"width": "w", "height": "h", "fx": "fl_x", "fy": "fl_y"}
 LONG_LRM_KEYS = {"w": "w", "h": "h", "fx": "fl_x", "fy": "fl_y", "cx": "cx", "cy": "cy"}
 
 
@@ -41,12 +44,13 @@ def write_forms(subset: Subset, folder: Path, scene: str) -> None:
     listed = [f"images/{name}" for name in subset.names]
     every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
     write_json(transforms([(subset, "")], cloud) | every, folder / TRANSFORMS)
+    write_json(_placed(subset), folder / VIEWERS)
     if all(camera.model in STRAIGHT for camera in subset.cameras):
         write_json(_long_lrm(subset, scene), folder / LONG_LRM)
         (folder / SCENES).write_text(f"{LONG_LRM}\n", encoding="utf-8")
 
 
-def write_json(content: dict, path: Path) -> None:
+def write_json(content: dict | list, path: Path) -> None:
     """Write JSON as every file here has it."""
     path.write_text(json.dumps(content, indent=1), encoding="utf-8")
 
@@ -71,6 +75,19 @@ def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
         shared = {"camera_model": shared["camera_model"]}
     content = {**shared, "frames": frames}
     return content | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
+
+
+def _placed(subset: Subset) -> list[dict]:
+    """Content of cameras.json: places and turns, camera to world with OpenCV axes."""
+    placed: list[dict] = []
+    for name, pose, camera in zip(
+        subset.names, invert_pose(subset.world_to_camera), subset.cameras, strict=True
+    ):
+        known = intrinsics_of(camera)
+        lens = {key: known[own] for key, own in VIEWER_KEYS.items()}
+        at = {"position": pose[:, 3].tolist(), "rotation": pose[:, :3].tolist()}
+        placed.append({"id": len(placed), "img_name": name, **lens, **at})
+    return placed
 
 
 def _long_lrm(subset: Subset, scene: str) -> dict:

@@ -17,8 +17,8 @@ from fsel.core.problem import Method
 from fsel.core.wording import counted
 from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
-from fsel.selection.cover import Cover
 from fsel.selection.export.subset import Form
+from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 from fsel.selection.validation import LEAST_TARGETS, ValidationResult
@@ -27,6 +27,8 @@ from fsel.selectors.pretrained import DEFAULT
 from fsel.selectors.scorer import Linear
 
 RECORD = "selection.json"
+LEAST_SAID = 0.05  # dB that a selection is ahead by, to be said
+LONGER = 3  # times the patience that a hint proposes
 PACKAGES = ("fsel", "numpy", "pycolmap")
 
 
@@ -50,7 +52,6 @@ def content(
         },
         "settings": stated["settings"] | {"method": outcome.method.name},
         "tried": None if selection.tried is None else _validation(selection.tried),
-        "cover": None if selection.cover is None else asdict(selection.cover),
         "budget": None if budget is None else asdict(budget) | {"reason": reason(budget)},
         "scorer": _scorer(outcome.method),
         "versions": {"python": platform.python_version()} | {p: version(p) for p in PACKAGES},
@@ -59,12 +60,14 @@ def content(
         "frames": picked(outcome),
         "left": left(outcome) + unplaced(opened.found),
         "bad": None if health is None else bad_frames.entries(health, names),
+        "gap": _gap(outcome),
     }
 
 
 def picked(outcome: Outcome) -> list[dict]:
     """One entry a pick, in pick order."""
-    capture, selection, service = outcome.capture, outcome.selection, outcome.service
+    capture, selection, shift = outcome.capture, outcome.selection, outcome.mean_shift
+    adds, nearest = -np.diff(shift, prepend=1.0), outcome.shift.argmin(axis=1)
     known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
     ranks = unsharp = None
     if outcome.health is not None and outcome.sharpness is not None:
@@ -73,7 +76,7 @@ def picked(outcome: Outcome) -> list[dict]:
     sights = outcome.sights
     entries = []
     for order, frame in enumerate(selection.indices):
-        view = int(service.nearest_view[order])
+        view = int(nearest[order])
         score = float(selection.scores[order])
         entries.append(
             {
@@ -81,8 +84,8 @@ def picked(outcome: Outcome) -> list[dict]:
                 "name": selection.names[order],
                 "index": int(frame),
                 "score": score if np.isfinite(score) else None,
-                "service": round(float(service.curve[order]), 6),
-                "adds": round(float(service.gain[order]), 6),
+                "shift": round(float(shift[order]), 6),
+                "adds": round(float(adds[order]), 6),
                 "sees_new": None if sights is None else round(float(sights[order]), 6),
                 "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
@@ -119,6 +122,15 @@ def unplaced(found: dict | None) -> list[dict]:
         {"name": name, "reason": why + seconds.get(name, ""), "closest_pick": None}
         for name in found["not_placed"]
     ]
+
+
+def _gap(outcome: Outcome) -> dict | None:
+    """Describe the largest gap between the picks, in fields of view."""
+    gap = gap_of(outcome)
+    if gap is None:
+        return None
+    numbers = {"shift": round(gap.shift, 4), "usual": round(gap.usual, 4)}
+    return {"name": gap.name, "wide": gap.wide} | numbers
 
 
 def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
@@ -159,33 +171,29 @@ def _left_out(outcome: Outcome, frame: int) -> str:
 
 def reason(budget: Budget) -> str:
     """Return the reason for a number of frames, in words."""
+    rule, all_frames = budget.rule, budget.table.total
+    bound = f"{rule.loss:g} dB against all {all_frames}, 9 times in 10 (--loss {rule.loss:g})"
     if budget.within is not None and budget.within < budget.enough:
-        return (
-            f"{budget.frames} frames, the most that {budget.rule.trainer} fits into "
-            f"{budget.rule.memory:,} bytes; more frames, up to {budget.enough}, are predicted to "
-            f"gain up to {budget.missing:.3f} dB each"
-        )
-    return (
-        f"{budget.frames} frames: the last is predicted to gain {budget.gain:.3f} dB, further ones "
-        f"less than {budget.rule.threshold:g} dB each"
-    )
+        limit = f"the most that {rule.trainer} fits into {rule.memory:,} bytes"
+        return f"{budget.frames} frames, {limit}; {budget.enough} lose at most {bound}"
+    if budget.enough == all_frames:
+        return f"all {all_frames} frames: fewer may lose more than {rule.loss:g} dB"
+    return f"{budget.frames} frames: they lose at most {bound}"
 
 
 def summary(outcome: Outcome) -> str:
     """Return what was selected and why, in one sentence."""
-    selection, tried, targets = outcome.selection, outcome.selection.tried, outcome.targets
-    said = f"{counted(len(selection), 'frame')} by {outcome.method.name}"
+    tried, targets = outcome.selection.tried, outcome.targets
+    said = _by(outcome)
     if tried is not None:
-        first, *others = tried.trials
+        first = tried.trials[0]
         kept = next(trial for trial in tried.trials if trial.name == tried.kept)
         usual = outcome.method.name if tried.on_targets else "uniform sampling"
         if kept is not first:
             shown = "these views" if tried.on_targets else "the capture's own frames"
             said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
-        elif np.isfinite([trial.gain for trial in others]).any():
-            said = f"{usual} is as good here as the other selections tried"
         else:
-            said = f"{usual} is kept: too few frames are left to compare it on"
+            said = f"{usual} is kept: {_unreplaced(tried)}"
     elif len(targets.frames) >= LEAST_TARGETS and outcome.method.name == DEFAULT:
         said += " alone, which loses on some captures (--patience 10s tries others on these views)"
     bad = () if outcome.health is None else outcome.health.findings
@@ -194,6 +202,44 @@ def summary(outcome: Outcome) -> str:
     gone = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     said += f"; {gone} {'frame was' if len(worst) == 1 else 'frames were'} left out" if gone else ""
     return f"{said[0].upper()}{said[1:]}."
+
+
+def _by(outcome: Outcome) -> str:
+    """Say what picked the frames: a method, and the person who kept some."""
+    targets, picks, by = outcome.targets, outcome.selection.indices, f"by {outcome.method.name}"
+    frames, kept = counted(len(picks), "frame"), int(np.isin(picks, targets.always).sum())
+    if not kept:
+        return f"{frames} {by}"
+    stated = "of --always" + (" or nearest to dropped ones" if len(targets.dropped) else "")
+    return f"{frames}: {kept} {stated}" + (f", {len(picks) - kept} {by}" * (kept < len(picks)))
+
+
+def _unreplaced(tried: ValidationResult) -> str:
+    """Say why no other selection took the place of the first, and what may change that."""
+    rule, scored = tried.rule, [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
+    if not scored:
+        return "too few frames are left to compare it on"
+    best = max(scored, key=lambda one: (rule.agreed(one), one.gain))
+    if best.gain < LEAST_SAID:
+        return "none of the other selections tried is better here"
+    hints = ["--patience 0 takes it"] if best.name == DEFAULT else []
+    if best.gain <= rule.margin:
+        why = f"less than the {rule.margin} dB that count"
+    elif not rule.agreed(best):
+        why = "but not by PSNR and SSIM of both reconstructors"
+    else:
+        why = "which may be chance"
+        hints.append(f"--patience {LONGER * tried.seconds:g}s looks longer")
+    hint = f" ({', '.join(hints)})" if hints else ""
+    lead = f"{best.name} was ahead by {best.gain:.1f} dB, {why}{hint}"
+    return f"no other selection is clearly better; {lead}"
+
+
+def closeness(outcome: Outcome) -> str:
+    """Say how close the picks are to the views."""
+    views = "frame" if outcome.targets.kind == ALL else "view"
+    shift = f"the image shifts by {outcome.mean_shift[-1]:.0%} on average (parallax and turn)"
+    return f"From a {views} to the nearest pick, {shift}"
 
 
 def trials(tried: ValidationResult) -> str:
@@ -209,17 +255,6 @@ def trials(tried: ValidationResult) -> str:
     return (
         f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
         f"kept: {tried.kept}. dB over {first}: {scores}"
-    )
-
-
-def covered(cover: Cover) -> str:
-    """Say how often points are seen, in words."""
-    part = "each" if cover.share == 1 else f"{cover.share:.0%}"
-    full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
-    return (
-        f"{cover.points:,} points seen by {counted(cover.times, 'frame')} or more: "
-        f"{counted(cover.frames, 'frame')} are enough to see {part} {cover.times} "
-        f"times; the picks do so for {full:.1%} of them, uniform sampling for {even:.1%}"
     )
 
 

@@ -6,21 +6,17 @@ import cv2
 import numpy as np
 
 from fsel.core.problem import Method, Problem
-from fsel.core.subsets import evenly
+from fsel.core.subsets import evenly, just_enough
 from fsel.selectors.baselines.drift import grey_images
 
 SIDE = (32, 32)  # pixels of the grey images that are correlated
-STEPS = 30  # of the bisection of the threshold
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Lower the threshold as long as k frames or more are kept; of more, evenly spaced ones."""
     grey = [cv2.resize(i, SIDE, interpolation=cv2.INTER_AREA) for i in grey_images(problem)]
-    low, high = -2.0, 2.0  # above 1 every frame is kept
-    for _ in range(STEPS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if len(kept(grey, middle)) >= k else (middle, high)
-    rows = kept(grey, high)
+    # above 1 every frame is kept
+    rows = kept(grey, just_enough(lambda threshold: len(kept(grey, threshold)), -2.0, 2.0, k))
     return problem.observed[rows[evenly(len(rows), k)]]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 from fsel.core.geometry import directions, reference_points, viewing_angles
 from fsel.core.problem import Problem
 from fsel.features.static import MVSNET_ANGLE, MVSNET_SPREAD
@@ -69,20 +69,21 @@ def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
     )
 
 
-@exact
 def grouped(key, groups):
     """Stable counting sort: (groups + 1,) starts, and places by key; negative keys are dropped."""
     start = np.zeros(groups + 1, np.int64)
-    for value in key:
-        if value >= 0:
-            start[value + 1] += 1
-    start = np.cumsum(start)
-    order, fill = np.empty(start[-1], np.int64), start[:-1].copy()
+    np.cumsum(np.bincount(key[key >= 0], minlength=groups), out=start[1:])
+    order = np.empty(start[-1], np.int64)
+    _sort(key, start[:-1].copy(), order)
+    return start, order
+
+
+@exact
+def _sort(key, place, order):
     for i in range(len(key)):
         if key[i] >= 0:
-            order[fill[key[i]]] = i
-            fill[key[i]] += 1
-    return start, order
+            order[place[key[i]]] = i
+            place[key[i]] += 1
 
 
 def _predicted(problem: Problem, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -125,7 +126,7 @@ def most_shared(tracks):
     return most
 
 
-@exact
+@exact_part
 def _score(bearing, first, second):
     """MVSNet's score of one point from two observations (Yao et al. 2018): a Gaussian of the
     triangulation angle in degrees, 1 wide below 5 and 10 above."""

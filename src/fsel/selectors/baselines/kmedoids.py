@@ -107,50 +107,48 @@ def _swapped(distance, candidates, medoids, to_medoids, since):
     Return the number of candidates weighed since the last swap.
     """
     n, k = to_medoids.shape[1], len(medoids)
-    near, first, second = _assigned(to_medoids)
+    near, first, second = np.empty(n, np.int64), np.empty(n), np.empty(n)
+    change = np.empty(k)  # in loss, of swapping a candidate for each medoid, less a common part
+    _assign(to_medoids, near, first, second)
     for b in range(len(candidates)):
         if since >= n:
             break
-        candidate = candidates[b]
-        if not (medoids == candidate).any():
-            common, change = _changes(distance[b], near, first, second, k)
-            worst = np.argmin(change)
+        # loops: numba's `any` and assignment of a row take seconds to compile
+        worst, common, free = 0, 0.0, True
+        for m in range(k):
+            free &= medoids[m] != candidates[b]
+            change[m] = 0.0
+        if free:
+            for i in range(n):
+                gap = distance[b, i] - first[i]
+                if gap < 0:
+                    common += gap
+                else:
+                    change[near[i]] += min(distance[b, i], second[i]) - first[i]
+            for m in range(k):
+                worst = m if change[m] < change[worst] else worst
             if common + change[worst] < -ROUNDING:
-                medoids[worst] = candidate
-                to_medoids[worst] = distance[b]
-                near, first, second = _assigned(to_medoids)
+                medoids[worst] = candidates[b]
+                for i in range(n):
+                    to_medoids[worst, i] = distance[b, i]
+                _assign(to_medoids, near, first, second)
                 since = 0
         since += 1
     return since
 
 
 @exact
-def _assigned(to_medoids):
-    """Place of each row's nearest medoid, and its distances to the nearest and second nearest."""
-    k, n = to_medoids.shape
-    near = np.zeros(n, np.int64)
-    first, second = np.full(n, np.inf), np.full(n, np.inf)
-    for m in range(k):
-        row = to_medoids[m]
-        for i in range(n):
-            if row[i] < first[i]:
-                near[i], first[i], second[i] = m, row[i], first[i]
-            elif row[i] < second[i]:
-                second[i] = row[i]
-    return near, first, second
-
-
-@exact
-def _changes(row, near, first, second, k):
-    """Loss change of swapping a candidate for each medoid: a common part, and (k,) the rest."""
-    change = np.zeros(k)
-    common = 0.0
+def _assign(to_medoids, near, first, second):
+    """Fill the place of each row's nearest medoid, and its distances to the two nearest."""
     for i in range(len(near)):
-        if row[i] < first[i]:
-            common += row[i] - first[i]
-        else:
-            change[near[i]] += min(row[i], second[i]) - first[i]
-    return common, change
+        near[i], first[i], second[i] = 0, np.inf, np.inf
+    for m in range(len(to_medoids)):
+        for i in range(len(near)):
+            gap = to_medoids[m, i]
+            if gap < first[i]:
+                near[i], first[i], second[i] = m, gap, first[i]
+            elif gap < second[i]:
+                second[i] = gap
 
 
 METHOD = Method(

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.compiled import exact
+from fsel.core.compiled import exact, exact_part
 from fsel.core.geometry import centered, farthest_views, pose_matrices
 from fsel.core.problem import Problem
 from fsel.reconstruct.splats import SplatModel, Splats
@@ -149,14 +149,16 @@ def blend(
     Arguments, and the start, index, weight, square and covered that are returned: see `Blends`.
     """
     n, views = splats.shape[1], len(poses)
-    room = _room(n)
+    across, down, key = _room(n)
     index, weight, square = np.empty(n, np.int32), *np.empty((2, n), np.float32)
     counts, covered = np.empty((2, views), np.int64)
     entries: list[list[np.ndarray]] = [[], [], []]
     for view in range(views):
-        _project(splats, poses[view], intrinsics[view], width, height, *room)
-        clear = np.ones((height, width), np.float32)
-        count = _blend(splats[3], *room, clear, index, weight, square)
+        _project(splats, poses[view], intrinsics[view], width, height, across, down, key)
+        clear, seen = np.ones((height, width), np.float32), key >= 0
+        least, most = (key[seen].min(), key.max()) if seen.any() else (0, -1)
+        _, order = grouped(np.where(seen, key - least, -1), most - least + 1)
+        count = _blend(order, splats[3], across, down, clear, index, weight, square)
         counts[view], covered[view] = count, (clear < 1).sum()
         for part, values in zip(entries, (index, weight, square), strict=True):
             part.append(values[:count].copy())
@@ -194,15 +196,8 @@ def _project(splats, pose, k, width, height, across, down, key):
 
 
 @exact
-def _blend(opacity, across, down, key, clear, index, weight, square):
+def _blend(order, opacity, across, down, clear, index, weight, square):
     """Write the entries of one view, front to back, and the light that passes; count them."""
-    least, most = np.int64(2**40), np.int64(-1)
-    for value in key:
-        if value >= 0:
-            least, most = min(least, value), max(most, value)
-    for i in range(len(key)):
-        key[i] = key[i] - least if key[i] >= 0 else -1
-    _, order = grouped(key, max(most - least + 1, 0))
     count = 0
     for i in order:
         total, squares = _fill(clear, across[i], down[i], opacity[i])
@@ -212,7 +207,7 @@ def _blend(opacity, across, down, key, clear, index, weight, square):
     return count
 
 
-@exact
+@exact_part
 def _fill(clear, across, down, opacity):
     """Blend one splat into the light that still passes; sum its weights and their squares."""
     height, width = clear.shape

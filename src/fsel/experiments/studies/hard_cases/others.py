@@ -13,7 +13,8 @@ from fsel.core.geometry import pixel_rays
 from fsel.core.points import SparsePoints
 from fsel.experiments.studies.hard_cases import Case, CaseOutcome, finite, quality, worlds
 from fsel.features.appearance import descriptors
-from fsel.metrics import PSNR_CEILING, score_views
+from fsel.metrics import score_views
+from fsel.metrics.fused import PSNR_CEILING
 from fsel.reconstruct.splats import Splats
 
 SHAPE = (3, 24, 32, 3)
