@@ -83,7 +83,7 @@ def slow_inputs(problem, picked, policy):
     if target_gain:
         inputs[:, 18] = slow_target_gain(problem, frames, views, left, picked)
     if target_gain and policy.points:
-        inputs[:, 18] += 10 / 3 * slow_visibility_gain(problem, frames, views, left, picked)
+        inputs[:, 18] += 5 * slow_visibility_gain(problem, frames, views, left, picked)
     return np.array(left), inputs
 
 
@@ -153,18 +153,13 @@ def slow_target_gain(problem, frames, views, left, picked):
 
 
 def slow_visibility_gain(problem, frames, views, left, picked):
-    """What each row would add to the mean over points of the best sight that a pick has of a point
-    plus 0.7 times the second best."""
+    """What each row would add to the mean over points of P(N >= 1) + P(N >= 2), to first order, the
+    mean of N's Poisson law being what the picks see of a point."""
     if (found := SEEN.get(id(problem))) is None or found[0] is not problem:
         found = SEEN[id(problem)] = problem, slow_visibility(problem, frames, views)
     seen = found[1]
-
-    def worth(rows):
-        second, first = np.sort([*np.zeros((2, seen.shape[1])), *seen[rows]], axis=0)[-2:]
-        return np.mean(first + 0.7 * second)
-
-    picked = list(picked)
-    return np.array([worth([*picked, row]) - worth(picked) for row in left])
+    rate = seen[list(picked)].sum(axis=0)
+    return (seen * (1 + rate) * np.exp(-rate)).mean(axis=1)[left]
 
 
 SEEN = {}  # id of a problem -> it, and what its rows see: slow enough to be computed once
@@ -195,4 +190,4 @@ def slow_sight(capture, frame, point, center):
         return 0.0
     if not (0 <= y / z * fy + cy < capture.size[1]):
         return 0.0
-    return np.exp(-angle(capture.centers[frame] - point, center - point) / np.radians(20))
+    return np.exp(-angle(capture.centers[frame] - point, center - point) / np.radians(40))

@@ -8,12 +8,11 @@ from fsel.core.capture import Views
 from fsel.features.conditioned import (
     NEAREST,
     NOTHING,
-    SECOND,
     Visibility,
     view_points,
     visibility,
+    visibility_counts,
     visibility_gain,
-    with_sight,
 )
 
 SIZE = (60, 50)
@@ -59,25 +58,25 @@ def test_of_many_frames_the_nearest_are_asked():
     assert visible.seen.shape == (1, NEAREST, 120)
 
 
-def test_the_two_best_sights_are_kept_of_the_rows_that_a_view_asks():
-    seen = np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [0.5, 1]]])
-    visible, best = Visibility(np.array([[2, 0], [0, 1]]), seen), np.zeros((2, 2, 2))
-    for row in (0, 2, 1):
-        best = with_sight(best, visible, row)
-    np.testing.assert_array_equal(best[0], [[1, 0.5], [0.5, 1]])
-    np.testing.assert_array_equal(best[1], [[0, 0.25], [0.25, 0]])
+def test_visibility_counts_are_summed_over_the_rows_that_a_view_asks():
+    seen = np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [1, 1]]])
+    visible = Visibility(np.array([[2, 0], [0, 1]]), seen)
+    for rows, counts in (([0, 2], [[1, 0.75], [0.25, 0]]), ([], np.zeros((2, 2)))):
+        np.testing.assert_array_equal(visibility_counts(visible, np.array(rows, int)), counts)
 
 
-def test_the_gain_is_that_of_the_best_sight_and_a_share_of_the_second():
-    visible = Visibility(np.array([[3]]), np.array([[[0.9, 0.5, 0.1, 0.0]]]))
-    best = np.array([[[0.6, 0.6, 0.6, 0.0]], [[0.2, 0.2, 0.2, 0.0]]])
-    gain = visibility_gain(visible, best, 5)
-    assert gain[3] == pytest.approx((0.3 + SECOND * 0.4 + SECOND * 0.3) / 4)
-    assert np.flatnonzero(gain).tolist() == [3]
+def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_counts():
+    def worth(rate):
+        return (1 - np.exp(-rate)) + (1 - (1 + rate) * np.exp(-rate))
+
+    rate, step = np.array([[0.3, 1.7]]), 1e-6
+    visible = Visibility(np.array([[0]]), np.ones((1, 1, 2)))
+    slope = (worth(rate + step) - worth(rate - step)).mean() / (2 * step)
+    assert visibility_gain(visible, rate, 1)[0] == pytest.approx(slope, rel=1e-6)
 
 
 def test_nothing_is_gained_where_it_is_not_read():
-    np.testing.assert_array_equal(visibility_gain(NOTHING, np.zeros((2, 0, 0)), 3), 0)
+    np.testing.assert_array_equal(visibility_gain(NOTHING, np.zeros((0, 0)), 3), 0)
 
 
 def scattered(rng, count):

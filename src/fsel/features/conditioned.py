@@ -6,8 +6,9 @@ squared distances. A frame far from everything is no better than one far enough.
 
 *Visibility.* A frame may be close to a view and see other things. Points are spread over each
 view's image at four depths, since the true one is not known. A frame that has a point in its image
-counts by how nearly it looks along the view's own ray. A point is worth the best sight that a pick
-has of it, plus a share of the second best: a second frame lets the first be matched.
+counts by how nearly it looks along the view's own ray. With the sum of what the picks count as the
+mean of a Poisson law, a point is worth the chance that one or more see it plus the chance that two
+or more do: a second frame lets the first be matched.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ EQUAL = 1e-9  # of a scene's depth: distances closer than this are one
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
 NOVEL = 0.2  # look distance from every pick at which a frame adds all of its closeness
 FAR = 75.0  # scene depths from every view that cost as much as the first frame of all views gains
-POINTS = 10 / 3  # what points that come into view weigh beside closeness
+POINTS = 5.0  # what points that come into view weigh beside closeness
 
 SURROGATE_DECAY_START = 7.0
 """Picks after which the gain for views that stand for a whole capture counts less."""
@@ -38,8 +39,7 @@ ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond co
 
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene
-SECOND = 0.7  # what the second best sight of a point is worth beside the best
-ANGLE = math.radians(20.0)  # at a point, from the view: there a frame counts 1/e of the view itself
+ANGLE = math.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
 NEAREST = 256  # frames of a view whose sight is measured; the others are taken to see nothing
 
 
@@ -139,21 +139,20 @@ def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.nda
     return (z > 0) & across & (y * fy >= -cy * z) & (y * fy < (height - cy) * z)
 
 
-def with_sight(best: np.ndarray, visible: Visibility, row: int) -> np.ndarray:
-    """Return (2, O, Q) the best and the second best sight of each point after one more pick."""
-    views, places = np.nonzero(visible.nearest == row)
-    seen, (first, second) = visible.seen[views, places], best[:, views]
-    found = best.copy()
-    found[:, views] = np.maximum(first, seen), np.maximum(second, np.minimum(first, seen))
-    return found
+def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
+    """Return (O, Q) float64 how much some rows see of each point, 0..1 each, summed."""
+    views, places = np.nonzero(np.isin(visible.nearest, rows))
+    rates = np.zeros(visible.seen.shape[::2], visible.seen.dtype)
+    np.add.at(rates, views, visible.seen[views, places])
+    return rates
 
 
-def visibility_gain(visible: Visibility, best: np.ndarray, rows: int) -> np.ndarray:
-    """Return (n,) what one more of n rows would add to the mean over the views' points of the best
-    sight plus `SECOND` of the second best, those of the picks being (2, O, Q) `best`."""
-    first, second = best[:, :, None]
-    low = np.minimum(visible.seen, first)
-    added = visible.seen - low + SECOND * (np.maximum(low, second) - second)
-    worth = added.sum(axis=2) / max(first.size, 1)
+def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
+    """Return (n,) value of one more of n rows to the views' points, their mean: with rate r, of the
+    picks' (O, Q) `visibility_counts`, P(N >= 1) + P(N >= 2) of a Poisson N has the slope (1 + r)
+    exp(-r)."""
+    slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
+    # einsum sums every row alike; a matrix product may part equal rows in their last bit
+    worth = np.einsum("omq,oq->om", visible.seen, slope)
     gain = np.bincount(visible.nearest.ravel(), worth.ravel(), rows)
     return gain.astype(visible.seen.dtype, copy=False)

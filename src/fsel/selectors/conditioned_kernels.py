@@ -10,7 +10,7 @@ import numpy as np
 from fsel.core.compiled import exact, reordered
 from fsel.core.geometry import SAME_AXIS
 from fsel.features.columns import D_MIN_S, FOLLOWING, GAIN, GAMMA_MIN_S, PHI_NOV, RHO_MAX_S, SPREAD
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS, SECOND
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 
 
 class Memory(NamedTuple):
@@ -22,7 +22,7 @@ class Memory(NamedTuple):
         inverse_sums: (3, n) the sums of their inverses over all picks, used with it.
         covered: (O,) summed closeness of the picks to each view.
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
-        first, second: (O, Q) the best and the second best sight that picks have of each point.
+        rates: (O, Q) what the picks see of each point of each view, summed.
         gains: (O, M) what the nearest rows of each view would add to it.
     """
 
@@ -31,8 +31,7 @@ class Memory(NamedTuple):
     inverse_sums: np.ndarray
     covered: np.ndarray
     apart: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+    rates: np.ndarray
     gains: np.ndarray
 
 
@@ -49,12 +48,11 @@ def begin(rows):
         np.zeros(views),
         np.full(n, NOVEL),
         np.zeros((len(nearest), seen.shape[2])),
-        np.zeros((len(nearest), seen.shape[2])),
         np.zeros(nearest.shape),
     )
     raw = np.zeros((FOLLOWING, n))
     for o in range(len(nearest)):
-        _visibility_gains(seen[o], memory.first[o], memory.second[o], memory.gains[o])
+        _visibility_gains(seen[o], memory.rates[o], len(nearest), memory.gains[o])
     _gain(rows, memory, raw[GAIN])
     return raw, memory
 
@@ -166,30 +164,21 @@ def _look(visible, row, memory):
     for o in range(len(visible.nearest)):
         for m in range(visible.nearest.shape[1]):
             if visible.nearest[o, m] == row:
-                _note(visible.seen[o, m], memory.first[o], memory.second[o])
+                memory.rates[o] += visible.seen[o, m]
                 _visibility_gains(
-                    visible.seen[o], memory.first[o], memory.second[o], memory.gains[o]
+                    visible.seen[o], memory.rates[o], len(visible.nearest), memory.gains[o]
                 )
 
 
-@exact
-def _note(seen, first, second):
-    """Keep the best and the second best sight of each point after one more pick."""
-    for q in range(len(seen)):
-        second[q] = max(second[q], min(first[q], seen[q]))
-        first[q] = max(first[q], seen[q])
-
-
 @reordered
-def _visibility_gains(seen, first, second, out):
-    """One view's part of `fsel.features.conditioned.visibility_gain`, its points' mean."""
+def _visibility_gains(seen, rates, views, out):
+    """One view's part of `fsel.features.conditioned.visibility_gain`."""
+    slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
     for m in range(len(seen)):
         gain = 0.0
-        for q in range(len(first)):
-            sight, best, next_ = seen[m, q], first[q], second[q]
-            low = sight if sight < best else best
-            gain += sight - low + SECOND * ((low if low > next_ else next_) - next_)
-        out[m] = gain / len(first)
+        for q in range(len(slope)):
+            gain += seen[m, q] * slope[q]
+        out[m] = gain
 
 
 @exact
@@ -199,7 +188,7 @@ def _gain(rows, memory, out):
     nearest = rows.visible.nearest
     for o in range(len(nearest)):
         for m in range(nearest.shape[1]):
-            out[nearest[o, m]] += POINTS / len(nearest) * memory.gains[o, m]
+            out[nearest[o, m]] += POINTS * memory.gains[o, m]
 
 
 @reordered
