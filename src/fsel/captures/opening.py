@@ -286,7 +286,7 @@ def _digest(
     by: Estimator | None,
     kind: str,
     masks: Path | Estimator | None,
-    limit: float | None,
+    limit: float | None = None,
 ) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     files += [file for s in sources if s.filmed and (file := positions.subtitles(s.path))]
