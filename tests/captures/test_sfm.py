@@ -133,7 +133,7 @@ def test_poses_are_found_from_images_alone(tmp_path):
 
 def test_images_without_poses_say_what_to_do(tmp_path):
     image_files.write(render(poses(3)), tmp_path, [f"{i}.jpg" for i in range(3)])
-    with pytest.raises(ValueError, match=r"no poses. Hint: --poses colmap finds them"):
+    with pytest.raises(ValueError, match=r"no poses. Hint: `poses=colmap` finds them"):
         read_capture(tmp_path)
     with pytest.raises(ValueError, match=r"images without poses.*`poses: colmap` finds them"):
         read_capture(tmp_path, "images")

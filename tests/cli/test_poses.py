@@ -164,7 +164,6 @@ def test_what_cannot_be_posed_is_refused(line, said, cache, tmp_path, monkeypatc
         ("-k 3 --targets gone.txt", "gone.txt"),
         ("-k 3 --targets evry:8", "'evry:8'"),
         ("-k 3 --masks gone", "gone: no such folder"),
-        ("-k auto --method kmedoids", "'kmedoids'"),
         ("-k 3 --box 1 0 0 0 1 1", "box is"),
         ("-k 3 --start 4", "2.4 s"),
         ("-k 3 --end 0:04", "2.4 s"),
