@@ -12,7 +12,7 @@ from small_captures import write_ring
 
 from fsel.captures.lazy import open_capture
 from fsel.captures.read import read_capture
-from fsel.cli import main
+from fsel.cli import main, with_options
 from fsel.core.names import matched
 
 
@@ -116,7 +116,7 @@ def test_every_command_refuses_alike(case, tmp_path, monkeypatch, capsys):
         "reconstruct ring --frames names.txt --long-side 128 -o out.ply",
     ):
         assert main(line.split()) == 1
-        assert capsys.readouterr().err == f"fsel: {refused.value}\n"
+        assert capsys.readouterr().err == f"fsel: {with_options(str(refused.value))}\n"
     assert {path.name for path in tmp_path.iterdir()} == {"ring", "names.txt"}
 
 

@@ -6,7 +6,7 @@ import signal
 import time
 import warnings
 
-from fsel.cli import main
+from fsel.cli import main, with_options
 from fsel.reconstruct.configured import Peak
 
 LONGEST = 20  # seconds of the processor; by the clock twenty times as long
@@ -46,9 +46,10 @@ def outcome(work):
             work()
         found = "done", ""
     except OSError as error:  # in the words of the commands
-        found = "refused", f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+        said = f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+        found = "refused", with_options(said)
     except ValueError as error:
-        found = "refused", str(error)
+        found = "refused", with_options(str(error))
     except Exception as error:
         found = "wrong", f"{type(error).__name__}: {error}"
     finally:

@@ -189,5 +189,5 @@ def test_what_is_printed_is_short(capture):
     assert repr(chosen) == f"Selection(5 frames: {first}, ...; 4 held out)"
     assert repr(capture).startswith("Capture(24 frames of 64x48, 1 sequence, 80 points; colmap at")
     assert repr(capture.views) == "Views(24 poses, 64x48)"
-    assert repr(fsel.LAYOUTS).startswith("<11 layouts: scannetpp_dslr, ")
+    assert repr(fsel.LAYOUTS).startswith("<16 layouts: scannetpp_dslr, ")
     assert dir(fsel) == sorted([*fsel.__all__, "__version__"])

@@ -86,13 +86,17 @@ def _in_words(error: Exception, args: Namespace) -> str:
         return f"{read}: does not fit in memory"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
         return f"{read}: the cameras' poses are degenerate ({error})"
-    return ARGUMENT.sub(_as_option, " ".join(str(error).split("\n")))
+    return with_options(" ".join(str(error).split("\n")))
 
 
-def _as_option(argument: re.Match) -> str:
-    """Return the option that an argument of Python is on the command line."""
-    value = "" if argument[2] == "True" else f" {argument[2]}"
-    return f"--{argument[1].replace('_', '-')}{value}"
+def with_options(message: str) -> str:
+    """Return a message of the library with options of the command for arguments of Python."""
+
+    def option(argument: re.Match) -> str:
+        value = "" if argument[2] == "True" else f" {argument[2]}"
+        return f"--{argument[1].replace('_', '-')}{value}"
+
+    return ARGUMENT.sub(option, message)
 
 
 class Interruption:
