@@ -16,7 +16,7 @@ from fsel.core.wording import counted
 
 STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
-COMPILING = 3.0  # seconds of compiling before it is told, and each time that they are fourfold
+COMPILING = 3.0  # seconds of compiling before the first line; the next at four times as many
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
 

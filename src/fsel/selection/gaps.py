@@ -13,7 +13,7 @@ from fsel.selection.outcome import Outcome
 from fsel.selection.scene_depth import viewing_distance
 from fsel.selection.targets import ALL
 
-WIDE = 3.0  # times the usual gap, from which a person is told
+WIDE = 3.0  # times the usual gap, from which the output warns
 MOST = 3000  # frames that are looked at, evenly spread
 LEAST = 3  # picks that tell what is usual
 

@@ -1,4 +1,4 @@
-"""How long frames are sought that a first try did not place."""
+"""Time limit of the search for frames that a first try did not place."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass, field
 
-MORE, LEAST_MORE = 3.0, 60.0  # times the first try, and seconds, that more frames are sought for
+MORE, LEAST_MORE = 3.0, 60.0  # times the first try, and seconds, of the search for more frames
 
 
 @dataclass
