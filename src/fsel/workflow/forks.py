@@ -22,7 +22,7 @@ from snakemake.benchmark import benchmarked
 import fsel.stages
 
 PRELOADED = [
-    "__main__",
+    "snakemake.cli",
     "fsel.workflow.job",
     *(f"fsel.stages.{module.name}" for module in iter_modules(fsel.stages.__path__)),
 ]
