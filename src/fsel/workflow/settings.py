@@ -11,13 +11,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
 
-import yaml
-
 from fsel.core.names import name_seed
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.schema import complete, read_schema
+from fsel.workflow.schema import complete, read_schema, read_yaml
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
@@ -46,7 +44,7 @@ class Settings:
         path = Path(config["sources"] or locate("config/sources.yaml"))
         if not path.is_file():
             raise Refusal(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
-        sources = yaml.safe_load(path.read_text(encoding="utf-8"))
+        sources = read_yaml(path)
         schema = read_schema(locate("workflow/schemas/sources.schema.yaml"))
         complete(sources, schema, f"in {path}", str(path))
         trusted = not asks and not config["allow_missing"]
