@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="jobs are forked
 def run(tmp_path, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.setattr(forks.script, "PythonScript", forks.script.PythonScript)
-    forks.fork_jobs()
+    forks.fork_jobs(forks.MANY)
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
     def run(text):

@@ -26,6 +26,7 @@ PRELOADED = [
     "fsel.workflow.job",
     *(f"fsel.stages.{module.name}" for module in iter_modules(fsel.stages.__path__)),
 ]
+MANY = 8
 ONE_THREAD = dict.fromkeys(
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"], "1"
 )
@@ -61,9 +62,10 @@ def _run(file: str, temporary: str | None) -> None:
     runpy.run_path(file, run_name="__main__")
 
 
-def fork_jobs() -> None:
-    """Fork the jobs of this process of Snakemake from now on, where the system can."""
-    if sys.platform != "linux":
+def fork_jobs(jobs: int) -> None:
+    """Fork the jobs of this process of Snakemake from now on, where the system can and where they
+    are many enough to save more than it takes to import all that any of them needs."""
+    if sys.platform != "linux" or jobs < MANY:
         return
     before = dict(os.environ)
     os.environ.update(ONE_THREAD)
