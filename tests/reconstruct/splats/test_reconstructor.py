@@ -188,16 +188,7 @@ def test_two_frames_are_enough():
     assert np.isfinite(model.render(capture.view(np.array([0])))).all()
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"partners": 5},
-        *({"planes": planes} for planes in ((1, 4), (32, 129))),
-        # penalties that could overflow or contradict
-        *({"small_penalty": 48, "large_penalty": 8000.0}, {"small_penalty": 510}),
-        {"small_penalty": -1},
-    ],
-)
+@pytest.mark.parametrize("settings", [{"partners": 5}, {"planes": (1, 4)}, {"planes": (32, 129)}])
 def test_bad_settings_are_refused(settings):
     with pytest.raises(ValueError, match="must be"):
         Splats(textured_wall(), **settings)
