@@ -279,6 +279,25 @@ def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, mo
     assert "fsel: poses by places: " in capsys.readouterr().err
 
 
+def test_the_cache_is_listed_and_cleared_but_for_what_is_in_use(cache, tmp_path, capsys):
+    photos = tmp_path / "photos"
+    image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
+    by = shlex.join(pose_program.written(tmp_path))
+    assert run("poses", photos, "--by", by, "-o", tmp_path / "out", "--quiet") == 0
+    (cache / "lpips_alex.safetensors").write_bytes(bytes(1000))
+    (cache / "letters.txt").touch()  # of somebody
+    assert run("cache", "--json") == 0
+    places, weights = json.loads(capsys.readouterr().out)["entries"]  # a digest comes first
+    assert places["of"] == f"poses of {photos}"
+    assert weights == {"name": "lpips_alex.safetensors", "bytes": 1000, "of": ""}
+    with kept.locked(cache / places["name"] / kept.LOCK):
+        assert run("cache", "--clear") == 0
+    assert f"{cache / places['name']}: is in use" in capsys.readouterr().err
+    assert {path.name for path in cache.iterdir()} == {places["name"], "letters.txt"}
+    assert run("cache", "--clear", "--quiet") == 0
+    assert [path.name for path in cache.iterdir()] == ["letters.txt"]
+
+
 @pytest.fixture
 def grey(tmp_path):
     """The words of `fsel poses` for photos that a program places."""
@@ -305,9 +324,13 @@ def test_what_is_damaged_in_the_cache_is_made_anew(damaged, content, grey, cache
         file.write_bytes(content)
     for warned in (True, False):
         capsys.readouterr()
+        assert run("cache", "--quiet") == 0
         assert run(*grey, "-o", tmp_path / "out", "--force") == 0
         assert ("damaged" in capsys.readouterr().err) == warned
     assert len(json.loads((tmp_path / "out" / "poses.json").read_text())["placed"]) == 4
+    file.write_bytes(b"")
+    assert run("cache", "--clear") == 0
+    assert not any(cache.iterdir())
 
 
 def test_what_a_cut_off_run_left_damaged_is_made_anew(grey, cache, tmp_path, capsys, monkeypatch):

@@ -40,6 +40,7 @@ EXAMPLES = {
     "reconstruct": "walk30 -o walk.ply",
     "render": "walk.ply --capture walk30 --targets orbit --video orbit.mp4",
     "view": "walk.ply walk30 -o walk.html",
+    "cache": "--clear",
 }
 
 

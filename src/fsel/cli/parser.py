@@ -100,6 +100,9 @@ def parser() -> argparse.ArgumentParser:
     _add_reconstruct(commands)
     _add_render(commands)
     _add_view(commands)
+    text = "List what is kept in the user's cache: found poses, weights, compiled code."
+    kept = bare_command(commands, "cache", text)
+    kept.add_argument("--clear", action="store_true", help="remove it")
     return root
 
 
