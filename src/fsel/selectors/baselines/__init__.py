@@ -33,10 +33,7 @@ FURTHER: Registry[Method] = Registry(
 )
 """Further methods, in the order of the tables."""
 
-WITHOUT_POSES = (
-    *("best_n", "lichtfeld", "alicevision"),
-    *("thumbnail", "correlation", "drift", "farthest_appearance"),
-)
+WITHOUT_POSES = ("best_n", "thumbnail", "correlation", "drift", "farthest_appearance")
 _HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in WITHOUT_POSES}
 _HOMES |= {n: f"fsel.selectors.baselines.{n}:METHOD" for n in ("farthest_appearance", "warp_rf")}
 PRACTICE: Registry[Method] = Registry("method", _HOMES)

@@ -15,10 +15,6 @@ SHARPNESS, POSITION = 0.7, 0.3  # shares of its score
 SIDE = (32, 32)  # pixels of the grey images that are correlated
 KEYPOINTS, QUALITY, APART = 200, 0.01, 5  # of each image: number, least response, pixels
 LOST = 0.25  # of the longer side: the drift of a keypoint that is not found again
-WINDOW = 200 / 720  # AliceVision's: its side as a share of the image's width
-CELLS = 8  # over the width, each of which has one motion
-DIGITS = 3  # of motions in pixels
-FLOW = (0.5, 3, 15, 3, 5, 1.2, 0)  # Farneback's, as OpenCV's examples have it
 
 
 def grey_images(problem: Problem) -> list[np.ndarray]:
@@ -50,20 +46,6 @@ def best_n(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
         score = SHARPNESS * sharp[rows] + POSITION * np.maximum(0, 1 - off)
         picks.append(int(rows[np.argmax(score)]))
     return pool[picks]
-
-
-def lichtfeld(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick the sharpest frame by Tenengrad of each of k windows as equal as can be, as LichtFeld
-    Studio extracts a video's frames; ties go to the lowest."""
-    sharp = np.array([tenengrad(image) for image in grey_images(problem)])
-    windows = np.array_split(np.arange(len(sharp)), k)
-    return problem.observed[[window[np.argmax(sharp[window])] for window in windows]]
-
-
-def tenengrad(image: np.ndarray) -> int:
-    """Return the sum of the squared Sobel gradients of an (h, w) uint8 image."""
-    gradients = [cv2.Sobel(image, cv2.CV_16S, *order) for order in ((1, 0), (0, 1))]
-    return int(np.square(gradients, dtype=np.int64).sum())
 
 
 def thumbnail(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -125,69 +107,11 @@ def drift(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.median(np.where(found[:, 0] == 1, np.minimum(motion, LOST), LOST)))
 
 
-def alicevision(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick a sharp frame in the middle of each stretch of equal motion: AliceVision's smart
-    keyframes.
-
-    The motion of a stretch is raised as long as there are k or more; of more, evenly spaced ones. A
-    frame's sharpness counts twice in the middle of its stretch, once at its ends.
-    """
-    images = grey_images(problem)
-    moved = np.array([motion(image, before) for before, image in pairwise(images)])
-    least = just_enough(lambda step: len(stretches(moved, step)), moved.sum() + 1, 0.0, k)
-    rows = stretches(moved, least)
-    rows = [rows[i] for i in evenly(len(rows), k)]
-    sharp = np.array([sharpness(image) for image in images])
-    return problem.observed[[row[np.argmax(sharp[row] * weights(len(row)))] for row in rows]]
-
-
-def stretches(moved: np.ndarray, step: float) -> list[np.ndarray]:
-    """Return the rows of each stretch, which ends before the motion since its start reaches a step,
-    given (n - 1,) motions from row to row."""
-    starts, total = [0], 0.0
-    for row, one in enumerate(moved, start=1):
-        total += one
-        if total >= step:
-            starts.append(row)
-            total = 0.0
-    return np.split(np.arange(len(moved) + 1), starts[1:])
-
-
-def weights(count: int) -> np.ndarray:
-    """Return (count,) weights, 2 for the frame or the two in the middle, falling to the ends."""
-    off = np.abs(np.arange(count) - (count - 1) / 2) - (count + 1) % 2 / 2
-    return 2 - off * 2 / max(count - 1, 1)
-
-
-def sharpness(image: np.ndarray) -> float:
-    """Return the largest standard deviation of the Laplacian in a window of an (h, w) image."""
-    side = max(1, min(round(WINDOW * image.shape[1]), *image.shape))
-    sums = cv2.integral2(cv2.Laplacian(image, cv2.CV_64F))
-    once, square = (
-        t[side:, side:] + t[:-side, :-side] - t[side:, :-side] - t[:-side, side:] for t in sums
-    )
-    return float(np.sqrt(max(0.0, (square - once**2 / side**2).max() / side**2)))
-
-
-def motion(image: np.ndarray, previous: np.ndarray) -> float:
-    """Return the median over cells of the length of their mean optical flow, in pixels.
-
-    It is Farneback's; AliceVision's is DeepFlow, which takes twenty times as long.
-    """
-    flow = cv2.calcOpticalFlowFarneback(image, previous, None, *FLOW)
-    cells = CELLS, max(1, round(CELLS * image.shape[0] / image.shape[1]))
-    means = cv2.resize(flow, cells, interpolation=cv2.INTER_AREA).astype(np.float64)
-    # what is smaller is the arithmetic's own, which differs among processors
-    return round(float(np.median(np.linalg.norm(means, axis=2))), DIGITS)
-
-
 def _method(name: str, label: str, select, reads: str = "images") -> Method:
     return Method(name, label, "observed", nested=False, select=select, reads=(reads,))
 
 
 BEST_N = _method("best_n", "Sharp-frames best-N", best_n, "sharpness")
-LICHTFELD = _method("lichtfeld", "LichtFeld Studio", lichtfeld)
-ALICEVISION = _method("alicevision", "AliceVision smart", alicevision)
 THUMBNAIL = _method("thumbnail", "ffmpeg thumbnail", thumbnail)
 CORRELATION = _method("correlation", "Correlation", correlation)
 DRIFT = _method("drift", "Keypoint drift", equal_drifts)
