@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fsel.captures.forms import CLOUD
 from fsel.captures.images.previews import SIDE, in_turn, jpeg, picture_side, reduced
 from fsel.cli import open_capture
 from fsel.cli.console import Console
@@ -23,7 +24,6 @@ from fsel.pages import viewer
 from fsel.pages.report import REPORT, with_view
 from fsel.pages.shown import adds
 from fsel.reconstruct import ply
-from fsel.selection.export.forms import CLOUD
 from fsel.selection.export.record import RECORD
 
 MODEL = "model.ply"  # where a page that is served finds it

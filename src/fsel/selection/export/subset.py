@@ -11,13 +11,13 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, is_straight, straight
+from fsel.captures.forms import Subset, transforms, write_forms, write_json
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.layouts.nerfstudio import COEFFICIENTS
 from fsel.captures.lazy import LazyCapture
 from fsel.core.points import RawPoints, SparsePoints
 from fsel.selection.export import cloud, placing
-from fsel.selection.export.forms import Subset, transforms, write_forms, write_json
 
 LENSES = 2  # kept at once: the tables of a large image take as much as the image
 FRAMES = "frames.txt"
