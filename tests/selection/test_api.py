@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from selection_problems import random_weights
 from small_captures import write_ring
 
 import fsel
@@ -16,7 +17,6 @@ from fsel.captures import read
 from fsel.captures.images import previews
 from fsel.captures.images.previews import sharpness
 from fsel.captures.lazy import open_capture
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection import select as selection
 from fsel.selection.request import method_of
 from fsel.selectors.scorer import Network

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from selection_problems import problem_of
+from selection_problems import moved, problem_of
 from textured_walls import textured_wall
 from watched_images import Watched
 
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor
 from fsel.reconstruct.splats import planes as frames_module

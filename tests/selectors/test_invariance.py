@@ -9,9 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from selection_problems import permuted, random_problem
+from selection_problems import (
+    capture_of,
+    moved,
+    permuted,
+    problem_on,
+    random_capture,
+    random_problem,
+    random_weights,
+)
 
-from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.greedy import greedy
@@ -62,20 +69,56 @@ def test_nor_the_order_of_frames(loop, policy, seed):
     np.testing.assert_array_equal(order[other], picked(loop, policy, problem))
 
 
+def test_nor_millimetres_far_from_the_origin():
+    problem, utm = random_problem(40), np.array([5e5, 1e7, 120.0])
+    for policy in SCORERS:
+        other = picked(greedy, policy, moved(problem, np.eye(3), utm, 1e-3))
+        np.testing.assert_array_equal(other, picked(greedy, policy, problem))
+
+
+ODD, BACK = np.arange(40)[:, None] % 2, np.diag([-1.0, 1, -1])
+HARD = {
+    "at one point": lambda centers, turns: (0 * centers + centers[0], turns),
+    "on a line": lambda centers, turns: (np.arange(40.0)[:, None] * [1, 2, -0.5], turns),
+    "in two clusters": lambda centers, turns: (centers + ODD * [1e6, 0, 0], turns),
+    "with parallel axes": lambda centers, turns: (centers, 0 * turns + turns[0]),
+    "with opposite axes": lambda centers, turns: (
+        centers,
+        np.where(ODD[..., None], BACK @ turns[0], turns[0]),
+    ),
+}
+
+
+@policies
+@pytest.mark.parametrize("case", HARD.values(), ids=HARD.keys())
+def test_hard_cameras_have_the_picks_of_the_plain_loop(policy, case):
+    """Of rounding alone there would be other picks: where cameras or axes coincide."""
+    plain = random_capture(40)
+    problem = problem_on(capture_of(*case(plain.centers, plain.world_to_camera[:, :, :3])))
+    prepared = POLICIES[policy].prepare(problem)
+    (rows, scores), (want, wanted) = (
+        loop(prepared, SCORERS[policy](), K) for loop in LOOPS.values()
+    )
+    np.testing.assert_array_equal(rows, want)
+    np.testing.assert_allclose(scores, wanted, rtol=1e-9, atol=1e-9)
+
+
 PROGRAM = """
 import numpy as np
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.policies import POLICIES
 from fsel.core.problem import checked_select
 from fsel.selectors.greedy import greedy
-from fsel.experiments.studies.hard_cases.worlds import random_weights, world
+from coloured_wall import wall
+from selection_problems import problem_on, random_problem, random_weights
 from fsel.selectors import pretrained
 from fsel.selectors.scorer import Network
 
-problem = world(1200)
+problem = random_problem(1200)
 for name, policy in POLICIES.items():
     scorer = pretrained.method().scorer if name == "fsel" else Network(random_weights(3))
     print(*greedy(policy.prepare(problem), scorer, 40)[0])
+problem = problem_on(wall(frames=40))
 for method in METHODS.values():
     print(*checked_select(method, problem, 12, np.random.default_rng(0)))
 """
@@ -86,6 +129,7 @@ def test_nor_the_number_of_threads():
     for threads in ("1", "3"):
         names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
         environment = {**os.environ, **dict.fromkeys(names, threads)}
+        environment["PYTHONPATH"] = os.pathsep.join(sys.path)
         done = subprocess.run(
             [sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment
         )
