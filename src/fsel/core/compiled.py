@@ -39,7 +39,8 @@ def _lock(file: Path) -> FileLock:
     """Return the one lock of a file: a function that is compiled within another has it already."""
     from filelock import FileLock  # here: most processes compile nothing
 
-    return FileLock(file, LONGEST)
+    # where only soft locks work, one takes a file that another kind left for held
+    return FileLock(file.with_suffix(f".{FileLock.__name__}"), LONGEST)
 
 
 class SharedCache(FunctionCache):
