@@ -85,9 +85,10 @@ viewer: .venv/installed
 site: .venv/site
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
-# the first picture of README.md, five minutes: docs/figures/side_by_side.webp
+# the first picture of README.md, five minutes, of a capture that its licence lets us show
 picture: .venv/installed
-	.venv/bin/python examples/side_by_side.py --clip docs/figures/side_by_side.webp
+	.venv/bin/python examples/side_by_side.py --clip docs/figures/side_by_side.webp \
+		--capture $${FSEL_CAPTURES:-../shared/captures}/miku
 
 # the rules of the default run, without arrows that others imply; `dot` and `tred` are graphviz's
 rulegraph: .venv/installed

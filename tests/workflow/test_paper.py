@@ -47,7 +47,7 @@ def test_what_is_measured_is_measured_by_the_scheme():
     folder = ROOT / "src" / "fsel" / "experiments"
     own = re.compile(r"reconstructor_of\(|RECONSTRUCTORS|Evaluator[.(]|checked_select")
     found = {path.stem for path in folder.rglob("*.py") if own.search(path.read_text())}
-    assert found == {"bench", "footprint", "pictures"}
+    assert found == {"footprint", "pictures"}
 
 
 def test_every_table_is_a_rule_under_its_own_name_with_a_caption():
