@@ -40,11 +40,20 @@ def slow_greedy(problem, scorer, k, policy):
     return np.array(picked), np.array(scores)
 
 
+def with_depths(problem, seed=0):
+    depths = np.random.default_rng([3, seed]).uniform(0.5, 4, len(problem.targets))
+    return replace(problem, target_depths=depths)
+
+
 @loops
 @policies
+@pytest.mark.parametrize("known", [False, True], ids=["poses", "depths"])
 @pytest.mark.parametrize("seed", range(6))
-def test_picks_against_the_slow_loop(loop, policy, seed):
+def test_picks_against_the_slow_loop(loop, policy, seed, known):
+    if known and not policy.points:
+        pytest.skip("reads no depth")
     problem = random_problem(20 + 6 * seed, seed)
+    problem = with_depths(problem, seed) if known else problem
     scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     prepared = policy.prepare(problem)
     k = 8 if seed else len(prepared.pool)
@@ -67,7 +76,7 @@ def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
 
 @policies
 def test_training_sees_what_greedy_sees(policy):
-    problem = random_problem(40, 2)
+    problem = with_depths(random_problem(40, 2)) if policy.points else random_problem(40, 2)
     prepared, scorer = policy.prepare(problem), random_scorer(policy, 2)
     rows, scores = greedy(prepared, scorer, 10)
     features, selectable = follow(Rollout(prepared), rows)

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from selection_problems import permuted, random_problem
+from selection_problems import permuted, random_problem, with_points_ahead
 
 from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
+from fsel.selection.problem import with_target_depths
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.greedy import greedy
@@ -24,15 +25,24 @@ SCORERS = {
     "less_is_more_no_appearance": lambda: Network(random_weights(4)),
     "fsel": lambda: pretrained.method().scorer,
 }
+WITH_DEPTHS = "fsel, with the depths of the targets"
 LOOPS = {"compiled": greedy, "plain": reference_loop.greedy}
-policies = pytest.mark.parametrize("policy", SCORERS)
+policies = pytest.mark.parametrize("policy", [*SCORERS, WITH_DEPTHS])
 loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
 seeds = st.integers(0, 2**32 - 1)
 # compiling is slow, and a time limit would fail on a busy machine
 unhurried = settings(max_examples=25, deadline=None, derandomize=True)
 
 
+def problem_for(policy, seed):
+    problem = random_problem(40, seed)
+    return with_points_ahead(problem, seed) if policy == WITH_DEPTHS else problem
+
+
 def picked(loop, policy, problem):
+    if policy == WITH_DEPTHS:
+        policy, problem = "fsel", with_target_depths(problem)
+        assert problem.target_depths is not None
     prepared = POLICIES[policy].prepare(problem)
     return prepared.pool[loop(prepared, SCORERS[policy](), K)[0]]
 
@@ -43,7 +53,7 @@ def picked(loop, policy, problem):
 @given(seed=seeds, power=st.floats(-6, 6), shift=st.floats(0, 1e4))
 def test_neither_the_frame_nor_the_unit_of_the_world(loop, policy, seed, power, shift):
     rng = np.random.default_rng(seed)
-    problem, scale = random_problem(40, seed), 10.0**power
+    problem, scale = problem_for(policy, seed), 10.0**power
     rotation = Rotation.random(rng=rng).as_matrix()
     # rounding grows with the distance from the origin: far, in units of the scene, but not endless
     other = moved(problem, rotation, rng.normal(size=3) * shift * scale, scale)
@@ -56,7 +66,7 @@ def test_neither_the_frame_nor_the_unit_of_the_world(loop, policy, seed, power, 
 @unhurried
 @given(seed=seeds)
 def test_nor_the_order_of_frames(loop, policy, seed):
-    problem = random_problem(40, seed)
+    problem = problem_for(policy, seed)
     order = np.random.default_rng(seed).permutation(40)
     other = picked(loop, policy, permuted(problem, order))
     np.testing.assert_array_equal(order[other], picked(loop, policy, problem))
