@@ -47,13 +47,20 @@ def with_depths(problem, seed=0):
 
 @loops
 @policies
-@pytest.mark.parametrize("known", [False, True], ids=["poses", "depths"])
 @pytest.mark.parametrize("seed", range(6))
-def test_picks_against_the_slow_loop(loop, policy, seed, known):
-    if known and not policy.points:
-        pytest.skip("reads no depth")
-    problem = random_problem(20 + 6 * seed, seed)
-    problem = with_depths(problem, seed) if known else problem
+def test_picks_against_the_slow_loop(loop, policy, seed):
+    compare_with_the_slow_loop(loop, policy, seed, random_problem(20 + 6 * seed, seed))
+
+
+@loops
+@pytest.mark.parametrize("name", [name for name in POLICIES if POLICIES[name].points])
+@pytest.mark.parametrize("seed", range(6))
+def test_so_they_are_at_the_depths_of_the_targets(loop, name, seed):
+    problem = with_depths(random_problem(20 + 6 * seed, seed), seed)
+    compare_with_the_slow_loop(loop, POLICIES[name], seed, problem)
+
+
+def compare_with_the_slow_loop(loop, policy, seed, problem):
     scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     prepared = policy.prepare(problem)
     k = 8 if seed else len(prepared.pool)

@@ -165,10 +165,9 @@ def _selected(
         sharpness, descriptors = measured(methods, capture, sharpness_of)
         problem = request_problem(capture, targets, sharpness, focus, descriptors)
         few = [k for k in args.k if targets.as_many_as(k)]
+        more = [k for k in args.k if k not in few]
         picks = _picks(args.seed, with_target_depths(problem), few, methods)
-        return picks | _picks(
-            args.seed, problem, [k for k in args.k if k not in few], methods
-        ), blurred
+        return picks | _picks(args.seed, problem, more, methods), blurred
 
 
 def _picks(seed: int, problem: Problem, ks: Sequence[int], methods: Sequence[Method]) -> Picks:

@@ -174,33 +174,22 @@ def _look(visible, row, memory):
                 _visibility_gains(two, seen[o], memory.sights[:, o], len(nearest), memory.gains[o])
 
 
-@exact
+@reordered
 def _visibility_gains(two, seen, sights, views, out):
     """One view's part of `fsel.features.conditioned.visibility_gain`."""
-    if two:
-        _gains_of_two(seen, sights[0], sights[1], views, out)
-    else:
-        _gains_of_sum(seen, sights[0], views, out)
-
-
-@reordered
-def _gains_of_sum(seen, rates, views, out):
-    slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
+    first, second = sights
+    slope = (1 + first) * np.exp(-first) / (views * len(first))
     for m in range(len(seen)):
         gain = 0.0
-        for q in range(len(slope)):
-            gain += seen[m, q] * slope[q]
+        if two:
+            for q in range(len(first)):
+                low = min(seen[m, q], first[q])
+                gain += BEST * (seen[m, q] - low) + SECOND * (max(low, second[q]) - second[q])
+            gain /= views * len(first)
+        else:
+            for q in range(len(slope)):
+                gain += seen[m, q] * slope[q]
         out[m] = gain
-
-
-@reordered
-def _gains_of_two(seen, first, second, views, out):
-    for m in range(len(seen)):
-        gain = 0.0
-        for q in range(len(first)):
-            low = min(seen[m, q], first[q])
-            gain += BEST * (seen[m, q] - low) + SECOND * (max(low, second[q]) - second[q])
-        out[m] = gain / (views * len(first))
 
 
 @exact
