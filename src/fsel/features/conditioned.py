@@ -168,9 +168,11 @@ def visibility_gain(visible: Visibility, sights: np.ndarray, rows: int) -> np.nd
     exp(-r); of the best two, what they and their shares grow by."""
     first, second = sights
     if visible.two:
-        low = np.minimum(visible.seen, first[:, None])
-        gap = np.maximum(low, second[:, None]) - second[:, None]
-        worth = (BEST * (visible.seen - low) + SECOND * gap).sum(axis=2) / max(first.size, 1)
+        worth = np.zeros(visible.nearest.shape)
+        for view, seen in enumerate(visible.seen):  # as in `visibility`, for the cache
+            for least, share in ((first[view], BEST - SECOND), (second[view], SECOND)):
+                grown = np.maximum(seen, least) - least
+                worth[view] += share / first.size * grown.sum(axis=1)
     else:
         slope = (1 + first) * np.exp(-first) / max(first.size, 1)
         # einsum sums every row alike; a matrix product may part equal rows in their last bit

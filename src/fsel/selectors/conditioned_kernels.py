@@ -40,7 +40,7 @@ def begin(rows):
     """Return the raw columns, (5, n), and the memory before the first pick."""
     n, views = rows.closeness.shape
     used, plain = (n, 0) if views > 0 else (0, n)
-    nearest, seen, two = rows.visible
+    nearest, seen, _ = rows.visible
     memory = Memory(
         np.full((3, plain), np.inf),
         np.full((3, GROUP, used), np.inf),
@@ -52,7 +52,7 @@ def begin(rows):
     )
     raw = np.zeros((FOLLOWING, n))
     for o in range(len(nearest)):
-        _visibility_gains(two, seen[o], memory.sights[:, o], len(nearest), memory.gains[o])
+        _visibility_gains(rows.visible, o, memory)
     _gain(rows, memory, raw[GAIN])
     return raw, memory
 
@@ -165,27 +165,29 @@ def _look(visible, row, memory):
     for o in range(len(nearest)):
         for m in range(nearest.shape[1]):
             if nearest[o, m] == row:
-                first, second = memory.sights[:, o]
+                first, second = memory.sights[0][o], memory.sights[1][o]
                 if two:
                     second[:] = np.maximum(second, np.minimum(first, seen[o, m]))
                     first[:] = np.maximum(first, seen[o, m])
                 else:
                     first += seen[o, m]
-                _visibility_gains(two, seen[o], memory.sights[:, o], len(nearest), memory.gains[o])
+                _visibility_gains(visible, o, memory)
 
 
 @reordered
-def _visibility_gains(two, seen, sights, views, out):
+def _visibility_gains(visible, o, memory):
     """One view's part of `fsel.features.conditioned.visibility_gain`."""
-    first, second = sights
-    slope = (1 + first) * np.exp(-first) / (views * len(first))
+    seen, out = visible.seen[o], memory.gains[o]
+    first, second = memory.sights[0][o], memory.sights[1][o]
+    count = len(visible.seen) * len(first)
+    slope = (1 + first) * np.exp(-first) / count
     for m in range(len(seen)):
         gain = 0.0
-        if two:
+        if visible.two:
             for q in range(len(first)):
-                low = min(seen[m, q], first[q])
-                gain += BEST * (seen[m, q] - low) + SECOND * (max(low, second[q]) - second[q])
-            gain /= views * len(first)
+                gain += (BEST - SECOND) * max(seen[m, q] - first[q], 0.0)
+                gain += SECOND * max(seen[m, q] - second[q], 0.0)
+            gain /= count
         else:
             for q in range(len(slope)):
                 gain += seen[m, q] * slope[q]
