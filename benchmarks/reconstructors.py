@@ -28,7 +28,7 @@ import yaml
 
 from fsel.core.capture import Capture, SparsePoints
 from fsel.metrics import score_views
-from fsel.reconstruct import Model, check_needs, reconstructor_of
+from fsel.reconstruct import check_needs, reconstructor_of
 from fsel.synthetic import record
 
 SIZE = (64, 48)
@@ -63,12 +63,6 @@ def generated(family: str, seed: int, width: int = 128, frames: int = 160) -> Ca
     )
 
 
-def scores(model: Model, capture: Capture, frames: np.ndarray) -> np.ndarray:
-    """Mean PSNR, SSIM and GMSD on some frames."""
-    truth = np.asarray(capture.images[frames])
-    return score_views(model.render(capture.view(frames)), truth).mean(axis=0)
-
-
 def processor_seconds() -> float:
     """Seconds of this process and of all that it started and that ended."""
     times = os.times()
@@ -97,12 +91,12 @@ def measure(section: dict) -> dict[str, float | str]:
     started = processor_seconds()
     model = reconstructor_of(capture, section).fit(frames)
     fitted = processor_seconds()
-    value = float(scores(model, capture, held)[0])
+    scores = score_views(model.render(capture.view(held)), np.asarray(capture.images[held]))
     return {
         "fit": fitted - started,
         "view": (processor_seconds() - fitted) / len(held),
         "memory": max(first, model.peak_bytes) / 1e6,
-        "psnr": value,
+        "psnr": float(scores[:, 0].mean()),
         "device": model.device,
     }
 

@@ -3,11 +3,10 @@
 A capture of 250 embedded frames is laid out again and again side by side, with its images and its
 sparse points, until it has the frames asked for; the raw one that `ingest` reads is images of
 640x480, links to a few files. Every stage, and every method of `select`, runs in a process of its
-own. Prints a table of seconds of the processor and of peak memory; writes the numbers as JSON. The
-bounds are 1.5 GB and two minutes.
+own. Prints seconds of the processor and peak memory; writes the numbers as JSON. The bounds are
+1.5 GB and two minutes.
 
-    OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json
-    OMP_NUM_THREADS=1 python benchmarks/scale.py paper.json --frames 2000 --stored 256 --side 128
+    OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json --frames 2000 10000
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,7 +32,6 @@ from fsel.core.files import write_table
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Problem
 from fsel.evaluation import measuring
-from fsel.reconstruct import reconstructor_of
 from fsel.selectors.baselines import METHODS
 from fsel.stages.describe import describe
 from fsel.stages.evaluate import evaluate
@@ -63,15 +61,15 @@ SEARCH = {
 FITNESS: Mapping[str, Mapping] = {"psnr": {}, "ssim": {}, "gmsd": {}}
 
 
-def base_capture(folder: Path, stored: int) -> Capture:
+def base_capture(folder: Path) -> Capture:
     """The embedded capture that is repeated."""
-    raw, size = folder / "raw", {"width": stored, "height": stored * 3 // 4}
+    raw, size = folder / "raw", {"width": STORED, "height": STORED * 3 // 4}
     generate(raw, layout="dl3dv", family="dl3dv", seed=0, frames=BASE, **size)
-    return read_folder(raw, long_side=stored, layout="dl3dv").capture
+    return read_folder(raw, long_side=STORED, layout="dl3dv").capture
 
 
 def laid_out(base: Capture, count: int) -> Capture:
-    """Copies of a capture side by side, `count` frames in all, with images in memory once."""
+    """Copies of a capture side by side, `count` frames in all."""
     copies, size = -(-count // len(base)), len(base)
     apart = 3 * np.linalg.norm(base.centers - base.centers.mean(axis=0), axis=1).max()
     rows = np.arange(count) % size
@@ -84,7 +82,7 @@ def laid_out(base: Capture, count: int) -> Capture:
         names=tuple(f"{i:06d}" for i in range(count)),
         world_to_camera=poses,
         intrinsics=base.intrinsics[rows],
-        images=np.broadcast_to(base.images[:1], (count, *base.images.shape[1:])),
+        images=base.images[rows],
         sequences=("pass",) * count,
         points=_points(base.points, copies, size, count, apart),
         masks=None,
@@ -102,19 +100,6 @@ def _points(points: SparsePoints, copies: int, size: int, count: int, apart: flo
         track_point=point[there],
         track_frame=frame[there],
     )
-
-
-def store(base: Capture, count: int, folder: Path) -> None:
-    """Write the canonical form of a capture that is laid out again and again."""
-    capture = laid_out(base, count)
-    folder.mkdir()
-    shape = (count, *base.images.shape[1:])
-    images = np.lib.format.open_memmap(folder / "images.npy", "w+", np.uint8, shape)
-    for start in range(0, count, len(base)):
-        part = images[start : start + len(base)]
-        part[:] = base.images[: len(part)]
-    images.flush()
-    replace(capture, images=np.load(folder / "images.npy", mmap_mode="r")).save(folder)
 
 
 def write_raw(folder: Path, passes: int) -> None:
@@ -139,10 +124,10 @@ def write_raw(folder: Path, passes: int) -> None:
     (folder / "scene" / "TestSplit.txt").write_text(names[-1])
 
 
-def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]]:
+def stages(folder: Path) -> dict[str, Callable[[], None]]:
     """Name -> a stage on the capture in a folder, in the order in which they need each other."""
     draw = folder / "split.parquet"
-    reconstruction = {"name": "splats", "long_side": side, "settings": {}}
+    reconstruction = {"name": "splats", "long_side": SIDE, "settings": {}}
 
     def selected(method: str) -> Path:
         return folder / f"picks_{method}.parquet"
@@ -179,14 +164,13 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
     into = folder.parent / f"{folder.name}-ingested"
     raw = folder.parent / f"{folder.name}-raw" / "scene"
     return {
-        "ingest": lambda: ingest(raw, into, long_side=stored, at_least=K, reading=reading),
+        "ingest": lambda: ingest(raw, into, long_side=STORED, at_least=K, reading=reading),
         "describe": lambda: describe(
             folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config=""
         ),
         "split": lambda: split(folder, [draw], targets=TARGETS, seed=0, config=""),
         "features": lambda: features(folder, [draw], [folder / "features.parquet"], config=""),
         **{f"select/{name}": picks(name) for name in METHODS},
-        "reconstruct/bind": lambda: reconstructor_of(Capture.load(folder), reconstruction),
         "evaluate/uniform": judged("uniform"),
         "evaluate/all": judged("all"),
         "split_labelled": lambda: split_labelled(
@@ -196,9 +180,9 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
     }
 
 
-def alone(folder: Path, name: str, sizes: Sequence[str]) -> dict[str, float]:
+def alone(folder: Path, name: str) -> dict[str, float]:
     """What one stage takes, imports and compiled code on disk included."""
-    command = [sys.executable, __file__, "--stage", name, str(folder), *sizes]
+    command = [sys.executable, __file__, "--stage", name, str(folder)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
@@ -217,42 +201,27 @@ def run(work: Callable[[], None]) -> None:
     print(json.dumps({"seconds": seconds, "peak_mb": peak}))
 
 
-def table(by_stage: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
-    """Rows of stages in Markdown."""
-    head = [f"{count:,}" for count in counts]
-    lines = ["| stage | " + " | ".join(head) + " |", "|---" * (len(head) + 1) + "|"]
-    for name, by_count in by_stage.items():
-        measured = [by_count.get(count, {}) for count in counts]
-        cells = [f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "" for m in measured]
-        lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("--frames", type=int, nargs="+", default=list(FRAMES))
-    parser.add_argument("--stored", type=int, default=STORED, help="pixels of stored images")
-    parser.add_argument("--side", type=int, default=SIDE, help="pixels of reconstructions")
     parser.add_argument("--stage", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.stage:
-        run(stages(options.out, options.stored, options.side)[options.stage])
+        run(stages(options.out)[options.stage])
         return
-    sides = ["--stored", str(options.stored), "--side", str(options.side)]
     by_stage: dict[str, dict[int, dict[str, float]]] = {}
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
-        base = base_capture(home, options.stored)
+        base = base_capture(home)
         for count in options.frames:
             folder = home / str(count)
-            store(base, count, folder)
+            laid_out(base, count).save(folder)
             write_raw(home / f"{count}-raw", -(-count // PASSED))
-            for stage in stages(folder, options.stored, options.side):
-                by_stage.setdefault(stage, {})[count] = alone(folder, stage, sides)
-                print(count, stage, by_stage[stage][count], file=sys.stderr, flush=True)
+            for stage in stages(folder):
+                by_stage.setdefault(stage, {})[count] = alone(folder, stage)
+                print(count, stage, by_stage[stage][count], flush=True)
             options.out.write_text(json.dumps({"stages": by_stage}, indent=1))
-    print(table(by_stage, options.frames))
 
 
 if __name__ == "__main__":

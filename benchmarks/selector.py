@@ -2,9 +2,8 @@
 
 `fsel` is its linear rule on the inputs that it reads; a network is a fresh one on all inputs.
 `reference` is the loop without a compiler, which the command uses for small pools; `features` is
-what the rule needs computed before the first pick. Beside them FVS, DPP and k-medoids on the same
-cameras and descriptors. Prints medians of the processor's time, and peak memory above what the
-inputs take. k-medoids stops at 10,000: its time grows with the square.
+what the rule needs computed before the first pick. Prints medians of the processor's time, and peak
+memory above what the inputs take. Baselines are timed by the rule `selection_time`.
 
     OMP_NUM_THREADS=1 python benchmarks/selector.py
 """
@@ -21,14 +20,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fsel.core.capture import Capture
-from fsel.core.geometry import farthest_views
 from fsel.core.problem import Problem
-from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import FOLLOWING_INPUTS, INPUTS
 from fsel.features.conditioned import NOTHING
 from fsel.selectors import greedy, pretrained, reference_loop
-from fsel.selectors.baselines.dpp import greedy_map
-from fsel.selectors.baselines.kmedoids import distances, fasterpam
 from fsel.selectors.greedy import Prepared, Rows
 from fsel.selectors.policies import POLICIES
 from fsel.selectors.scorer import SHAPES, Network
@@ -36,7 +31,6 @@ from fsel.selectors.scorer import SHAPES, Network
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 120.0}  # milliseconds, of a network
 AIMS = {130: 1.0, 1_000: 4.0, 10_000: 10.0}  # those of `fsel`
 POOLS = (*BOUNDS, 100_000)
-LARGEST = {"k-medoids": 10_000}
 K, VIEWS, DESCRIPTOR = 30, 15, 176
 ONCE = 2.0  # seconds from which on a call is not repeated
 
@@ -109,28 +103,17 @@ def resident(field: str) -> float:
     return int(re.search(rf"{field}:\s+(\d+)", text)[1]) / 1024
 
 
-def kmedoids(prepared: Prepared) -> np.ndarray:
-    """k-medoids from a farthest-view start."""
-    rows = prepared.rows
-    start = farthest_views(prepared.pool, rows.centers, K, 0).astype(np.int64)
-    distance = distances(rows.centers, rows.axes, rows.descriptors)
-    return fasterpam(distance, len(rows.centers), start)
-
-
 def calls(
     prepared: Prepared, read: Prepared, problem: Problem, fresh: Network
 ) -> dict[str, Callable[[], object]]:
     """What is timed, by name."""
-    rows, rule = prepared.rows, pretrained.method().scorer
+    rule = pretrained.method().scorer
     return {
         "fsel": lambda: greedy.greedy(read, rule, K),
         "fsel, reference": lambda: reference_loop.greedy(read, rule, K),
         "fsel, features": lambda: POLICIES["fsel"].prepare(problem),
         "a network": lambda: greedy.greedy(prepared, fresh, K),
         "a network, reference": lambda: reference_loop.greedy(prepared, fresh, K),
-        "FVS": lambda: farthest_views(prepared.pool, rows.centers, K, 0),
-        "DPP": lambda: greedy_map(rows.descriptors.astype(np.float64), KERNEL_JITTER, K),
-        "k-medoids": lambda: kmedoids(prepared),
     }
 
 
@@ -151,8 +134,7 @@ def main() -> None:
         prepared, problem = prepared_of(pool, rng), problem_of(pool, rng)
         read = read_by_fsel(prepared, problem)
         for name, call in calls(prepared, read, problem, fresh).items():
-            if pool <= LARGEST.get(name, pool):
-                cells_of.setdefault(name, {})[pool] = measured(call)
+            cells_of.setdefault(name, {})[pool] = measured(call)
         pairs = ((prepared, fresh), (read, pretrained.method().scorer))
         picks = [[loop.greedy(*pair, 5)[0] for loop in (greedy, reference_loop)] for pair in pairs]
         same = all(np.array_equal(*both) for both in picks)
@@ -161,7 +143,6 @@ def main() -> None:
     print(f"{'ms (MiB)':22s}" + "".join(f"{pool:>18,d}" for pool in POOLS) + "")
     for name, cells in cells_of.items():
         texts = [f"{ms:.1f} ({mib:.0f})" for ms, mib in cells.values()]
-        texts += ["--"] * (len(POOLS) - len(texts))
         print(f"{name:22s}" + "".join(f"{text:>18s}" for text in texts))
 
 

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.core.capture import Capture
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import pose_matrices
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Problem
 from fsel.core.split import evaluation_split
+from fsel.selectors.scorer import SHAPES
 
 
 def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):
@@ -127,3 +129,30 @@ def permuted(problem, order):
         descriptors=problem.descriptors[order],
         sharpness=problem.sharpness[order],
     )
+
+
+def moved(problem, rotation, shift, scale):
+    """The same problem in the world scale * rotation @ x + shift."""
+
+    def pose(world_to_camera):
+        turned = world_to_camera[:, :, :3] @ rotation.T
+        return pose_matrices(turned, scale * world_to_camera[:, :, 3] - turned @ shift)
+
+    capture, targets = problem.capture, problem.targets
+    points = capture.points
+    if points is not None:
+        points = replace(points, xyz=scale * points.xyz @ rotation.T + shift)
+    return replace(
+        problem,
+        capture=replace(capture, world_to_camera=pose(capture.world_to_camera), points=points),
+        targets=Views(pose(targets.world_to_camera), targets.intrinsics, targets.size),
+    )
+
+
+def random_weights(seed, gain=1.0):
+    """Scorer weights in the range of a fresh network, times `gain`."""
+    rng = np.random.default_rng([8, seed])
+    return {
+        name: (rng.uniform(-gain, gain, shape) / np.sqrt(shape[-1])).astype(np.float32)
+        for name, shape in SHAPES.items()
+    }

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
+from selection_problems import random_weights
 
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import APPEARANCE, FEATURES, INPUTS, NAMES, STATIC, TARGET_GAIN
 from fsel.features.static import static_features
 from fsel.selectors.policies import POLICIES as SHIPPED

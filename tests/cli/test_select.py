@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
+from selection_problems import random_weights
 from small_captures import camera_path, record_of, ring, select, state_orientation, write_ring
 
 from fsel.captures.images import files as image_files
 from fsel.captures.read import read_capture
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection.select import select_frames
 from fsel.selection.validation import CandidateScore, ValidationResult
 from fsel.selectors.scorer import Network

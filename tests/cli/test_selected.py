@@ -1,15 +1,12 @@
-"""A capture of which frames were selected: opened again, and in the world that was written."""
+"""A capture of which frames were selected, opened again."""
 
 import json
 
-import cv2
 import numpy as np
 import pytest
 from small_captures import write_ring
 
-from fsel.captures import lazy
 from fsel.cli import main, open_capture
-from fsel.cli.open_capture import as_written, record_of
 from fsel.reconstruct import ply
 
 
@@ -17,7 +14,7 @@ from fsel.reconstruct import ply
 def picked(tmp_path):
     """A selection whose record says that its capture was a video, placed with another's frames."""
     write_ring(tmp_path / "ring")
-    asked = ["-k", "5", "--patience", "0", "--up", "auto", "--quiet"]
+    asked = ["-k", "5", "--patience", "0", "--quiet"]
     assert main(["select", str(tmp_path / "ring"), *asked, "-o", str(tmp_path / "picked")]) == 0
     return tmp_path / "picked"
 
@@ -65,32 +62,3 @@ def test_the_frames_of_another_capture_say_nothing_of_how_this_one_is_opened(pic
     with pytest.raises(ZeroDivisionError):
         main(["reconstruct", str(picked.parent / "other"), *asked])
     assert opened[0].rate is None
-
-
-def test_a_page_shows_the_world_that_was_written(picked):
-    written = lazy.open_capture(picked).with_all_points()
-    record = record_of(picked)
-    whole = as_written(lazy.open_capture(picked.parent / "ring").with_all_points(), record)
-    frames = [whole.names.index(name) for name in written.names]
-    np.testing.assert_allclose(written.world_to_camera, whole.world_to_camera[frames], atol=1e-9)
-    apart = written.points.xyz[:, None] - whole.points.xyz
-    assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-5
-    assert abs(np.array(record["turn"]) - np.eye(3)).max() > 0.1
-
-
-def test_a_view_is_rendered_in_the_world_of_its_selection(picked):
-    """A frame of the capture that was chosen from, which the selection turned."""
-    one, name = np.ones((1, 3)), lazy.open_capture(picked.parent / "ring").capture.names[2]
-    ply.write_round(picked.parent / "model.ply", one, one, one[:, 0], one[:, 0])
-    (picked.parent / "names.txt").write_text(f"{name}\n")
-    drawn = []
-    for turn in (True, False):
-        record = json.loads((picked / "selection.json").read_text())
-        if not turn:
-            (picked / "selection.json").write_text(json.dumps(record | {"turn": None}))
-        words = ["render", picked.parent / "model.ply", "--capture", picked, "--quiet"]
-        words += ["--targets", picked.parent / "names.txt", "-o", picked.parent / f"out{turn}"]
-        assert main([*map(str, words)]) == 0
-        (file,) = (picked.parent / f"out{turn}" / "renders").iterdir()
-        drawn.append(cv2.imread(str(file)).astype(int))
-    assert abs(drawn[0] - drawn[1]).max() > 20

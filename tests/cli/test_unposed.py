@@ -13,7 +13,7 @@ from small_captures import film, run, write_video
 from fsel.features.appearance import descriptors
 
 REFUSED = {"-k 24": "1 to 23", "-k 5 --method fvs": "best_n", "-k auto": "-k 48"}
-REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --block-s=9": "--block-s"}
+REFUSED |= {"-k 5 --targets every:8": "--targets", "-k 5 --los=1": "--los"}
 
 
 @pytest.fixture

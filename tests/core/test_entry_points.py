@@ -55,7 +55,7 @@ mae = own_parts:MAE
 [fsel.reconstructors]
 grey = own_parts:Grey
 """
-UNIFORM = "fsel.selectors.baselines.uniform:METHOD"
+UNIFORM = "fsel.selectors.baselines.simple:UNIFORM"
 CALLS = """
 import fsel
 from fsel.captures.read import recognise

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from selection_problems import problem_on, random_capture
+from selection_problems import problem_on, random_capture, random_weights
 from slow_selector import random_scorer
 
 from fsel.core.names import name_seed
@@ -14,7 +14,6 @@ from fsel.core.problem import Method
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, learned_runs, picks_at, rng_by_name, runs
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.policies import POLICIES, RENAMED
 from fsel.selectors.scorer import Linear, Network, Scorer

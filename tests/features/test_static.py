@@ -6,11 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, in_line, problem_of, random_problem
+from selection_problems import capture_of, in_line, moved, problem_of, random_problem
 from slow_selector import angle
 
 from fsel.core.files import read_table, write_table
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
 from fsel.features.static import SIGNS, UNITS, features_table, static_features, with_features
 from fsel.selectors.policies import KNOWN

@@ -134,7 +134,8 @@ def test_files_hold_the_selected_frames_in_every_form(capture, tmp_path):
     kept = sorted(tuple(point.xyz) for point in found.points3D.values())
     assert kept == sorted(tuple(xyz) for xyz in capture.points.xyz[[0, 3]])
     assert found.compute_mean_reprojection_error() < 1e-9
-    stated = json.loads((tmp_path / "transforms.json").read_text())["frames"]
+    content = json.loads((tmp_path / "transforms.json").read_text())
+    stated = [content | frame for frame in content["frames"]]
     assert len(stated) == len(os.listdir(tmp_path / "images")) == 3
     for row, frame in enumerate([0, 3, 5]):
         image = cv2.imread(str(tmp_path / stated[row]["file_path"]))[:, :, ::-1]

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from selection_problems import random_weights
 from small_captures import write_ring
 
 import fsel
@@ -16,7 +17,6 @@ from fsel.captures import read
 from fsel.captures.images import previews
 from fsel.captures.images.previews import sharpness
 from fsel.captures.lazy import open_capture
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection import select as selection
 from fsel.selection.request import method_of
 from fsel.selectors.scorer import Network
@@ -50,19 +50,6 @@ def test_type_checkers_see_every_name_where_it_lives():
     }
     assert stated == fsel._HOMES
     assert sorted(stated) == sorted(fsel.__all__)
-
-
-def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
-    capture = fsel.read_capture(folder, long_side=64)
-    chosen = fsel.select(capture, 8, targets="every:6")
-    assert chosen.names == tuple(capture.names[i] for i in chosen.indices)
-    assert not set(chosen.indices) & {0, 6, 12, 18}
-    assert np.isfinite(chosen.scores).all()
-    model = fsel.fit(capture, chosen.indices)
-    scores = fsel.evaluate(capture, model, np.array([0, 6, 12, 18]))
-    assert {name: len(of) for name, of in scores.items()} == {"psnr": 4, "ssim": 4, "gmsd": 4}
-    model.export_ply(tmp_path / "scene.ply")
-    assert (tmp_path / "scene.ply").stat().st_size > 100
 
 
 def test_a_capture_in_memory_outlives_its_files(folder, tmp_path):
@@ -158,18 +145,6 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
     assert sorted(set(points.track_frame)) == drawn
     for frame in drawn:
         np.testing.assert_array_equal(seen_by(points, frame), seen_by(whole, frame))
-
-
-def test_weights_of_one_s_own_take_the_place_of_those_that_come_with_the_package(folder, tmp_path):
-    capture = fsel.read_capture(folder, long_side=64)
-    name, file = "less_is_more_no_appearance", tmp_path / "mine.safetensors"
-    Network(random_weights(5), {"policy": name, "made by": "a test"}).save(file)
-    mine = fsel.select(capture, 6, "every:6", weights=file)
-    named = fsel.select(capture, 6, "every:6", name, weights=file)
-    shipped = fsel.select(capture, 6, "every:6", name)
-    assert mine.names == named.names
-    np.testing.assert_array_equal(mine.scores, named.scores)
-    assert not np.array_equal(mine.scores, shipped.scores)
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, in_line, problem_of, random_problem, with_points
+from selection_problems import capture_of, in_line, moved, problem_of, random_problem, with_points
 
 from fsel.core.limits import THREADS
 from fsel.core.points import SparsePoints
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.selection.candidates import EVEN, candidates, medoids, serving, stretches
 from fsel.selection.covisible import FOLD, SECOND, covisible
 from fsel.selection.scene_depth import scene_distances

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from selection_problems import random_problem
+from selection_problems import random_problem, random_weights
 from slow_selector import POLICIES, random_scorer, slow_inputs, spelled
 
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import (
     APPEARANCE,
     INPUTS,

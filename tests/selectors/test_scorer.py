@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
+from selection_problems import random_weights
 
-from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import INPUTS, NAMES
 from fsel.selectors.scorer import SHAPES, WIDTH, Linear, Network, Scorer
 

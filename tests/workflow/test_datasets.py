@@ -45,7 +45,6 @@ def test_results_may_lie_anywhere_else():
         ({"fetch": "kitti", "scenes": ["a"]}, ["'kitti'", "mipnerf360"]),
         ({"fetch": "scannetpp_dslr", "scenes": ["a"]}, ["https://scannetpp.mlsg.cit.tum.de"]),
         ({"fetch": "mipnerf360", "scenes": ["barn"]}, ["['barn']", "treehill"]),
-        ({"root": ".", "scenes": [], "protocol": __file__}, ["draws is 2"]),
         ({"root": ".", "scenes": [], "poses": "file"}, ["'model'"]),
         ({"root": ".", "scenes": {"train": ["a"], "object": ["a"]}}, ["names a scene twice"]),
         (

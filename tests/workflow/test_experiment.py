@@ -32,18 +32,12 @@ def test_seeds_come_from_names():
     assert made.scene_seed(SCENE, "select", 1) == zlib.crc32(b"7/dl3dv/evaluation00/select/1")
     assert made.draw_seeds(SCENE)[1] == made.scene_seed(SCENE, "select", 1)
     assert made.training_seed(SCENE) == zlib.crc32(b"7/dl3dv/evaluation00")
-    assert made.generated("dl3dv", "evaluation00") == {
-        "family": "dl3dv",
-        "seed": zlib.crc32(b"7/dl3dv/evaluation00"),
-        "recorded": 60,
-    }
 
 
 def test_a_dataset_may_have_a_number_of_frames_of_its_own():
     datasets = copy.deepcopy(SMOKE["datasets"])
     datasets["seven_scenes"]["embedded"]["frames"] = 20
     made = experiment(datasets=datasets)
-    assert made.generated("seven_scenes", "evaluation00")["recorded"] == 20
     assert [made.embedded_frames(name) for name in ("dl3dv", "seven_scenes")] == [60, 20]
     with pytest.raises(Refusal, match="frames is 20, the evaluation scenes of seven_scenes need"):
         made.check()

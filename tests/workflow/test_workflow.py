@@ -34,18 +34,16 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-STUDIES = ("selection_time", "speed_error", "stability")
+STUDIES = ("selection_time", "speed_error")
 
 
 def test_studies_are_made_when_asked_for(tmp_path, usual):
     tables = [f"results/smoke/tables/{name}.csv" for name in STUDIES]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
-    for name in (*STUDIES, "speed_settings"):
+    for name in STUDIES:
         assert asked[name] == 1, name
     assert usual["ksweep"] == 1
-    assert not {*STUDIES, "speed_settings"} & set(usual)
-    alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
-    assert set(alone) - {"total"} == {"stability"}
+    assert not set(STUDIES) & set(usual)
 
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):

@@ -127,7 +127,6 @@ use rule stage as split with:
     params:
         lib=experiment.library("split"),
         hold_out=experiment.config["hold_out"],
-        protocol=experiment.datasets.protocol,
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
     message:

@@ -44,7 +44,6 @@ use rule stage as select with:
         lib=experiment.library("select"),
         practice=experiment.config["practice"],
         hold_out=experiment.config["hold_out"],
-        protocol=experiment.datasets.protocol,
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
     message:

@@ -1,4 +1,4 @@
-"""Tables beside the paper's: speed and hard cases. None is part of `rule all`.
+"""Tables beside the paper's: speed. None is part of `rule all`.
 
 Inputs: problems, evaluations, searches and labels of the sweep.
 Outputs: <tables>/{table}.{tex,csv}.
@@ -27,33 +27,9 @@ use rule table as selection_time with:
         appearance=experiment.config["appearance"],
 
 
-use rule stage as speed_settings with:
-    input:
-        **inputs.captures(inputs.joined(experiment.evaluation_scenes), inputs.DESCRIBED),
-        splits=inputs.of_problems(experiment.problems(1), "split.parquet"),
-    output:
-        numbers="<results>/speed_settings.csv",
-    log:
-        "<results>/logs/speed_settings.log",
-    benchmark:
-        "<results>/benchmarks/speed_settings.jsonl"
-    resources:
-        **experiment.resources(4000, 60, "reconstruction", experiment.reconstruction),
-    params:
-        lib=experiment.library("speed_settings"),
-        generated=[
-            experiment.generated(*scene) for scene in experiment.evaluation_scenes
-        ],
-        k=experiment.config["search"]["k"],
-        reconstruction=experiment.reconstruction,
-    message:
-        "Measuring the reconstructor's settings"
-
-
 use rule table as speed_error with:
     input:
         times="<tables>/selection_time.csv",
-        settings="<results>/speed_settings.csv",
         evaluations=lambda wildcards: inputs.of_problems(
             scenes.held_out_problems(experiment), "evaluation.parquet"
         ),
@@ -73,16 +49,3 @@ use rule table as speed_error with:
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
         facts=experiment.facts([experiment.trained]),
-
-
-use rule table as stability with:
-    output:
-        **shown("stability", "Hard cases", "Numerics", folder=""),
-    log:
-        "<results>/logs/stability.log",
-    benchmark:
-        "<results>/benchmarks/stability.jsonl"
-    resources:
-        **experiment.resources(2000),
-    params:
-        lib=experiment.library("stability"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,6 @@ from fsel.captures.opening import opened as open_source
 from fsel.captures.parsing import read_json
 from fsel.cli.console import Console
 from fsel.cli.options import OPENING
-from fsel.core.capture import Capture
-from fsel.core.geometry import turned
 from fsel.core.wording import counted
 from fsel.selection.export.record import RECORD
 
@@ -90,26 +87,10 @@ def open_as(args: argparse.Namespace, record: dict) -> None:
     vars(args).update(known["opened"], beside=beside, k=record["settings"]["k"])
 
 
-def of_selection(args: argparse.Namespace) -> dict:
-    """Return the record where the capture of a command line is a folder that `fsel select` wrote.
-
-    The capture that was chosen from takes its place, opened as there: a video would be placed with
-    other frames, and in another world.
-    """
+def open_of_selection(args: argparse.Namespace) -> None:
+    """Replace a folder that `fsel select` wrote by the capture that was chosen from, opened as
+    there: a video would be placed with other frames, and in another world."""
     record = record_of(args.capture)
-    if not record or not Path(record["capture"]["folder"]).exists():
-        return {}  # the folder is a capture of the picks itself
-    args.capture = Path(record["capture"]["folder"])
-    open_as(args, record)
-    return record
-
-
-def as_written(capture: Capture, record: dict) -> Capture:
-    """Return a record's capture in the world that was written, which `--up` may have turned."""
-    if record.get("turn") is None:
-        return capture
-    turn, points = np.array(record["turn"]), capture.points
-    if points is not None:
-        points = replace(points, xyz=points.xyz @ turn.T)
-    poses = turned(capture.world_to_camera, turn)
-    return replace(capture, world_to_camera=poses, points=points)
+    if record and Path(record["capture"]["folder"]).exists():
+        args.capture = Path(record["capture"]["folder"])
+        open_as(args, record)

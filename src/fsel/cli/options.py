@@ -164,7 +164,7 @@ def add_features(command: argparse._ActionsContainer) -> None:
     command.add_argument("--features", choices=("sift", "aliked"), help=text)
     text = (
         "time for estimating poses, such as 2m, after which what is placed is used (default: what "
-        "the first try leaves out is sought for three times as long)"
+        "the first try leaves out is searched for three times as long)"
     )
     command.add_argument("--pose-time", type=duration, metavar="TIME", help=text)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fsel.captures.forms import TRANSFORMS
 from fsel.cli import open_capture
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, open_as, record_of
@@ -15,7 +16,6 @@ from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.reconstruct import Reconstructor
 from fsel.reconstruct.gaussians.settings import QUALITIES, Quality
-from fsel.selection.export.forms import TRANSFORMS
 from fsel.selection.export.subset import TRAIN
 from fsel.selection.frames import is_stated, named_in
 

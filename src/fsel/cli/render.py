@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,7 +16,7 @@ from fsel.captures.images.video import levels, write_video
 from fsel.captures.lazy import LazyCapture
 from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.open_capture import as_written, inputs_of, of_selection
+from fsel.cli.open_capture import inputs_of, open_of_selection
 from fsel.cli.scoring import columns, heading, metrics_of
 from fsel.core.capture import Capture, Views
 from fsel.core.files import json_text
@@ -37,16 +36,15 @@ STILL = 0.05  # of the mean way between two cameras: what a stop takes at least
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     check_targets(args.targets)
-    record = of_selection(args)
+    open_of_selection(args)
     if args.video is not None:
-        render_video(args, console, record)
+        render_video(args, console)
         return
     read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
     with staged(args.out, read, args.force) as stage:
         model = _model(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
         opened = open_capture.opened(args, console, args.long_side or LONG_SIDE)
-        opened = replace(opened, capture=as_written(opened.capture, record))
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         rows = _rendered(model, opened, targets, stage / "renders", metrics, console)
@@ -112,15 +110,15 @@ def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
     return "\n".join([f"{'view':{wide}}  {heading(metrics)}", *lines, ""])
 
 
-def render_video(args: argparse.Namespace, console: Console, record: dict) -> None:
-    """Write a flight through a model of a capture, or of a selection's, see `of_selection`."""
+def render_video(args: argparse.Namespace, console: Console) -> None:
+    """Write a flight through a model."""
     if args.video.suffix.lower() != ENDING:
         raise ValueError(f"{args.video}: a video must be a {ENDING} file. Hint: NAME{ENDING}")
     if args.metrics:
         raise ValueError("--metrics scores renderings of frames; allowed only with -o")
     with staged(args.video, [*inputs_of(args), args.model], args.force, folder=False) as stage:
         model = _model(args.model)
-        capture = as_written(open_capture.opened(args, console).capture, record)
+        capture = open_capture.opened(args, console).capture
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or VIDEO_SIDE
         views = flight(capture, args.targets, count, long_side)
         started = time.perf_counter()

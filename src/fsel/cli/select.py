@@ -20,9 +20,8 @@ from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
 from fsel.cli.options import OPENING, UNPOSED
 from fsel.cli.reconstructor_args import stopped_by_interrupt
-from fsel.cli.select_options import RECORDED, UNTURNED
+from fsel.cli.select_options import RECORDED
 from fsel.core.files import json_text
-from fsel.core.geometry import upright
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages.report import REPORT, page
@@ -59,15 +58,12 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(f"--loss {args.loss:g} needs -k auto")
     wanted = _request(args)
     vet(wanted)  # before poses are sought
-    if args.blocks or args.block_size:
+    if args.blocks:
         from fsel.cli import blocks  # here: sparse algebra takes long to import
-        from fsel.selection.blocks import number_of
 
         blocks.vet(args)
     with staged(args.out, inputs_of(args), args.force) as stage:
         source = opened(args, console)
-        if args.block_size:
-            args.blocks = number_of(len(source.capture), args.block_size)
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         number = _auto(args, source, form) if args.k == AUTO else args.k
@@ -149,14 +145,12 @@ def _request(args: argparse.Namespace) -> SelectionRequest:
 def _form(args: argparse.Namespace, source: LazyCapture) -> subset.Form:
     """Return the form in which the subset is written."""
     side = args.long_side
-    turn = None if args.up == UNTURNED else upright(source.capture.world_to_camera)
     return subset.Form(
         args.link,
         None if side is None or side >= source.longest else side,
         matched=not args.geometry_only,
         shapes=args.masks,
         undistort=args.undistort,
-        turn=turn,
     )
 
 

@@ -23,11 +23,10 @@ from fsel.cli.options import (
 )
 
 TRAINERS = ("gsplat", "splatfacto", "nerfacto", "long-lrm")  # of `budget.TRAINERS`
-TURNED, UNTURNED = "auto", "none"
 RECORDED = (
     *("k", "targets", "weights", "patience", "masks", "box"),
     *("geometry_only", "keep_bad", "loss", "vram", "trainer", "always", "never", "long_side"),
-    *("undistort", "up", "views"),
+    *("undistort", "views"),
 )
 """Options that selection.json repeats, in its order."""
 
@@ -69,10 +68,7 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument("--trainer", choices=TRAINERS, help=argparse.SUPPRESS)
     text = "cut a large scene into N overlapping blocks of cameras, and pick -k frames of each"
-    text += "; --block-size 200: in blocks of at most 200 frames"
-    either = group.add_mutually_exclusive_group()
-    either.add_argument("--blocks", type=whole(2), metavar="N", help=text)
-    either.add_argument("--block-size", type=whole(5), help=argparse.SUPPRESS)
+    group.add_argument("--blocks", type=whole(2), metavar="N", help=text)
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:
@@ -100,11 +96,6 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
 def _add_form(group: argparse._ArgumentGroup) -> None:
     text = "undistort images and cameras, for trainers without distortion models"
     group.add_argument("--undistort", action="store_true", help=text)
-    text = (
-        "auto: rotate the exported world so that z points up, judged by the cameras' horizontal "
-        "axes; none (default): keep the capture's world"
-    )
-    group.add_argument("--up", choices=(TURNED, UNTURNED), default=UNTURNED, help=text)
     size = group.add_mutually_exclusive_group()
     text = "downscale the images to this longer side"
     size.add_argument("--long-side", type=whole(1, LARGEST), metavar="PIXELS", help=text)

@@ -13,17 +13,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fsel.captures.forms import CLOUD
 from fsel.captures.images.previews import SIDE, in_turn, jpeg, picture_side, reduced
 from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.open_capture import as_written, open_as, record_of
+from fsel.cli.open_capture import open_as, record_of
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages import viewer
 from fsel.pages.report import REPORT, with_view
 from fsel.pages.shown import adds
 from fsel.reconstruct import ply
-from fsel.selection.export.forms import CLOUD
 from fsel.selection.export.record import RECORD
 
 MODEL = "model.ply"  # where a page that is served finds it
@@ -88,7 +88,6 @@ def _scene(
     open_as(args, record)
     opened = open_capture.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
-    capture = as_written(capture, record)
     side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large
     pictures = in_turn(
         lambda at: jpeg(reduced(np.asarray(capture.images[at]), side)),

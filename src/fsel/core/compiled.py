@@ -10,6 +10,7 @@ digits differ between two makers of processors.
 from __future__ import annotations
 
 import gc
+import pickle
 import time
 from contextlib import suppress
 from functools import lru_cache
@@ -38,7 +39,8 @@ def _lock(file: Path) -> FileLock:
     """Return the one lock of a file: a function that is compiled within another has it already."""
     from filelock import FileLock  # here: most processes compile nothing
 
-    return FileLock(file, LONGEST)
+    # where only soft locks work, one takes a file that another kind left for held
+    return FileLock(file.with_suffix(f".{FileLock.__name__}"), LONGEST)
 
 
 class SharedCache(FunctionCache):
@@ -51,21 +53,30 @@ class SharedCache(FunctionCache):
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return what is stored for a signature; None where it is to be compiled."""
-        found = super().load_overload(signature, target)
+        found = self._found(signature, target)
         if found is None:
             if not gc.get_freeze_count():  # a tenth of the time looks at what was imported before
                 gc.freeze()
             with suppress(OSError):  # waited too long, or a folder that nobody may write to
                 self._file.parent.mkdir(parents=True, exist_ok=True)
                 _lock(self._file).acquire()
-            found, self._began = super().load_overload(signature, target), time.perf_counter()
+            found, self._began = self._found(signature, target), time.perf_counter()
             if found is not None:
                 _lock(self._file).release()
         return found
 
+    def _found(self, signature: Any, target: Any) -> Any:
+        """Return what is stored; what a full disk or a power cut has damaged is stored anew."""
+        try:
+            return super().load_overload(signature, target)
+        except (EOFError, pickle.UnpicklingError):
+            self.flush()
+            return None
+
     def save_overload(self, signature: Any, data: Any) -> None:
         """Store what was compiled, and tell those who listen."""
-        super().save_overload(signature, data)
+        with suppress(OSError):  # a full disk: what was compiled serves this process
+            super().save_overload(signature, data)
         _lock(self._file).release()
         for tell in WHEN_COMPILED:
             tell(time.perf_counter() - self._began)

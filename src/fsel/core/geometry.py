@@ -82,11 +82,6 @@ def upright(world_to_camera: np.ndarray) -> np.ndarray:
     return np.eye(3) + cross + cross @ cross / (1 + z)
 
 
-def turned(world_to_camera: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Return (N, 3, 4) poses of the same cameras in a world that (3, 3) `turn` turned."""
-    return pose_matrices(world_to_camera[:, :, :3] @ turn.T, world_to_camera[:, :, 3])
-
-
 def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     """Return (..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned."""
     back = (poses[..., 3] - shifts)[..., None]

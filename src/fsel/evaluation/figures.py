@@ -24,7 +24,6 @@ COLORS = (
     *("#000000", "#e69f00", "#56b4e9", "#8c510a"),
 )
 """Colours that colour-blind readers distinguish (Okabe and Ito, 2008), and a brown."""
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def new_figure(size: tuple[float, float]) -> Figure:

@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping, Sequence
 
 import pandas as pd
 
-from fsel.captures.layouts import dl3dv
 from fsel.core.files import Files, read_table
 from fsel.evaluation.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selectors.baselines import FURTHER, METHODS, PAPER, PRACTICE
@@ -17,7 +16,6 @@ LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.item
 LABELS = {**BASELINES, **{name: method.label for name, method in PRACTICE.items()}, **LEARNED}
 PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}  # of figures
 REFERENCES = {
-    dl3dv.LISTED: dl3dv.LISTED_LABEL,
     "search": r"\textit{Genetic search}",
     "random_search": r"\textit{Random search}",
     "all": METHODS["all"].label,

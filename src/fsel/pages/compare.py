@@ -19,7 +19,7 @@ from fsel.selection.request import ALL_FRAMES
 
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
 LEVEL = 0.005  # dB below which no lead is printed
-LISTED = 3  # comparisons at most that are told one by one
+LISTED = 3  # comparisons at most that have a line each
 
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture. They are too narrow if "

@@ -36,11 +36,6 @@ def blocks_of(capture: Capture, count: int) -> list[np.ndarray]:
     return [np.union1d(part, _beside(shown, part)) for part in parts]
 
 
-def number_of(count: int, most: int) -> int:
-    """Return the number of blocks of so many frames, at most `most` in each with its overlap."""
-    return -(-count // int(most / (1 + OVERLAP)))
-
-
 def _sightings(capture: Capture) -> csr_array:
     """Return (N, M) which frame sees which point: the product with its transpose is covisibility.
 

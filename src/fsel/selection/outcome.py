@@ -67,7 +67,6 @@ class Selection:
         *,
         link: bool = False,
         long_side: int | None = None,
-        points: str = "seen",
         force: bool = False,
     ) -> Path:
         """Write the picks as captures that trainers read, and frames.txt, as `fsel select` does.
@@ -76,7 +75,6 @@ class Selection:
             folder: to write; it appears whole or not at all.
             link: whether images are hard links.
             long_side: pixels that the images are reduced to; None as they are.
-            points: `seen` by two picks, `all` or `none`.
             force: whether what an earlier export wrote there is replaced.
 
         Returns:
@@ -98,7 +96,7 @@ class Selection:
                 f"{self.capture!r}: has no image files to export. Hint: fsel.select(folder, ...)"
             )
         subset.check_cameras(source.raw, undistort=False)
-        form = subset.Form(link=link, long_side=long_side, points=points)
+        form = subset.Form(link=link, long_side=long_side)
         read = {file.parent for file in source.raw.images if isinstance(file, Path)}
         with staged(Path(folder), sorted(read), force) as stage:
             subset.write(stage, source, self.indices, self.held_out, form)

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.captures.layouts.dl3dv import read_protocol
-from fsel.core.files import File, Files, read_columns, stacked, write_table
+from fsel.core.files import File, Files, read_columns, write_table
 from fsel.core.geometry import farthest_views
 from fsel.core.problem import Method, Problem
 from fsel.evaluation import measuring
@@ -29,7 +28,6 @@ def select(
     seeds: Sequence[int],
     practice: bool = False,
     hold_out: Mapping | None = None,
-    protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
     """Write every method's picks at every budget of every draw, one row a pick.
@@ -40,7 +38,6 @@ def select(
         practice: whether the baselines of `PRACTICE` are among the methods.
         hold_out: the config's section. With `every`, no method knows the targets, and all begin
             with `first` frames: the first one, and those farthest from it and each other.
-        protocol: whose list is one more method, see `fsel.stages.split`.
     """
     methods = [*METHODS.values(), *(PRACTICE.values() if practice else ())]
     runs = measuring.runs(methods, weights)
@@ -53,12 +50,6 @@ def select(
             pool, centers = problem.observed, problem.capture.centers
             problem = unaimed(problem, pool, farthest_views(pool, centers, first, pool[0]))
         picks = measuring.select(problem, runs, budgets, measuring.rng_by_name(seed))
-        if protocol:
-            listed = read_protocol(names=problem.capture.names, **protocol)
-            known = [k for k in budgets if k in listed.inputs]
-            run = measuring.Run(listed.method, 0)
-            more = measuring.select(problem, [run], known, measuring.rng_by_name(seed))
-            picks = stacked([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)
 
 

@@ -18,26 +18,18 @@ def split(
     targets: int,
     seed: int,
     hold_out: Mapping | None = None,
-    protocol: Mapping[str, str] | None = None,
     config: str,
 ) -> None:
-    """Draw the targets of a capture, or take those of a protocol.
+    """Draw the targets of a capture, or hold out frames.
 
     Args:
         splits: one a draw, see `fsel.core.split.Split.table`.
         hold_out: the config's section, whose `every` holds out each so manieth frame.
-        protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.dl3dv`; empty for none.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):
         every = np.arange(len(capture))
-        if protocol:
-            # here: a layout takes longer to import than this
-            from fsel.captures.layouts.dl3dv import read_protocol
-
-            chosen = read_protocol(names=capture.names, **protocol).targets
-            made = partition(capture, chosen, every)
-        elif hold_out and hold_out["every"]:
+        if hold_out and hold_out["every"]:
             made = partition(capture, every[:: hold_out["every"]], every)
         else:
             made = evaluation_split(capture, draw, seed, targets)

@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-import yaml
-
 from fsel.workflow import inputs, scenes
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.schema import complete, read_schema
+from fsel.workflow.schema import complete, read_schema, read_yaml
 from fsel.workflow.settings import Locate
 
 HINT = "scorers are in config/scorers.yaml, configurations in config/feature_sweep.csv"
@@ -22,9 +20,10 @@ def _lists(locate: Locate) -> Mapping[str, Any]:
     """Read and check the scorers and the feature configurations of the workflow's `config`."""
     with open(locate("config/feature_sweep.csv"), encoding="utf-8", newline="") as file:
         configurations = list(csv.DictReader(file))
-    with open(locate("config/scorers.yaml"), encoding="utf-8") as file:
-        scorers = yaml.safe_load(file)
-    lists = {"scorers": scorers, "configurations": configurations}
+    lists = {
+        "scorers": read_yaml(locate("config/scorers.yaml")),
+        "configurations": configurations,
+    }
     complete(lists, read_schema(locate("workflow/schemas/cases.schema.yaml")), HINT)
     return lists
 

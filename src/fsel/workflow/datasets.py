@@ -171,12 +171,6 @@ class Datasets:
             reading["reading"] = others | own
         return reading
 
-    def protocol(self, wildcards: Any) -> dict[str, str]:
-        """Return arguments of `fsel.captures.layouts.dl3dv.read_protocol`, if there is one."""
-        file = self.entries[wildcards.dataset].get("protocol")
-        scene = {"scene": wildcards.scene, "folder": self.raw_capture(wildcards)}
-        return {"file": file, **scene} if file else {}
-
     def fetched(self, wildcards: Any) -> Section:
         """Return the entry of a fetched scene in `config/sources.yaml`."""
         source: Section = self.sources[self.entries[wildcards.dataset]["fetch"]]

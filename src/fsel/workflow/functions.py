@@ -47,9 +47,7 @@ LISTED = {
     "qualitative": f"{PAPER}.views:qualitative",
     "real_world": f"{PAPER}.views:real_world",
     "selection_time": f"{STUDIES}.selection_time:selection_time",
-    "speed_settings": f"{STUDIES}.bench:speed_settings",
     "speed_error": f"{STUDIES}.speed_error:speed_error",
-    "stability": f"{STUDIES}.stability:stability",
 }
 
 

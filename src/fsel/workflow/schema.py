@@ -20,9 +20,15 @@ from fsel.workflow.refusal import Refusal
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
 
 
+def read_yaml(path: str | Path) -> Any:
+    """Read a YAML file, by libyaml where PyYAML has it: ten times as fast."""
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return yaml.load(Path(path).read_text(encoding="utf-8"), loader)
+
+
 def read_schema(path: str | Path) -> dict[str, Any]:
     """Return a schema with the names of its registries in their places."""
-    found: dict[str, Any] = _with_names(yaml.safe_load(Path(path).read_text(encoding="utf-8")))
+    found: dict[str, Any] = _with_names(read_yaml(path))
     return found
 
 

@@ -8,16 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, product
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Self
-
-import yaml
 
 from fsel.core.names import name_seed
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.schema import complete, read_schema
+from fsel.workflow.schema import complete, read_schema, read_yaml
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
@@ -46,7 +43,7 @@ class Settings:
         path = Path(config["sources"] or locate("config/sources.yaml"))
         if not path.is_file():
             raise Refusal(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
-        sources = yaml.safe_load(path.read_text(encoding="utf-8"))
+        sources = read_yaml(path)
         schema = read_schema(locate("workflow/schemas/sources.schema.yaml"))
         complete(sources, schema, f"in {path}", str(path))
         trusted = not asks and not config["allow_missing"]
@@ -71,11 +68,10 @@ class Settings:
             )
         if not self.evaluation_scenes:
             raise Refusal("no dataset has evaluation scenes", "the tables need at least one")
-        listed = [f"datasets.{d}.protocol" for d in entries if entries[d].get("protocol")]
         hold_out, least = self.config["hold_out"], min(self.config["budgets"])
-        listed += ["hold_out.every"] if hold_out["every"] else []
-        if listed and draws != 1:
-            raise Refusal(f"draws is {draws}, but {listed[0]} allows only one", "set `draws: 1`")
+        if hold_out["every"] and draws != 1:
+            found = f"draws is {draws}, but hold_out.every allows only one"
+            raise Refusal(found, "set `draws: 1`")
         if hold_out["every"] and hold_out["first"] >= least:
             found = f"hold_out.first is {hold_out['first']}, but the smallest budget is {least}"
             raise Refusal(found, "every method picks more than it begins with")
@@ -191,17 +187,6 @@ class Settings:
             most = max(section["long_side"] for section in used) / max(width, height)
         scale = min(1.0, most)
         return round(scale * width), round(scale * height)
-
-    def generated(self, dataset: str, scene: str) -> dict[str, Any] | None:
-        """Return what made an embedded capture, to cast its exact depth from; None for others."""
-        entry = self.datasets.entries[dataset]
-        if kinds_of(entry) != ["embedded"]:
-            return None
-        return {
-            "family": entry["embedded"]["family"],
-            "seed": self.scene_seed(SimpleNamespace(dataset=dataset, scene=scene)),
-            "recorded": self.embedded_frames(dataset),
-        }
 
 
 def shipped(policy: str) -> str:

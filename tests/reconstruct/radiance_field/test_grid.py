@@ -5,7 +5,6 @@ import pytest
 import torch
 
 from fsel.core.limits import THREADS
-from fsel.reconstruct.radiance_field import RadianceSettings
 from fsel.reconstruct.radiance_field.grid import Grid, grown
 from fsel.reconstruct.radiance_field.training import Pixels, _Optimiser, adam_step, add_variation
 
@@ -121,6 +120,6 @@ def test_a_step_whose_rays_meet_nothing_has_the_background_s_error(count, monkey
     rays = np.tile(np.array([0, 0, 0, 0, 0, 1], F), (300, 1))
     pixels = Pixels(rays, np.ones((300, 3), F), 0.1, np.full(3, 0.5, F))
     grid = Grid.full(24, 0.0, np.zeros(3), 1)
-    optimiser = _Optimiser(grid, pixels, RadianceSettings(), least=np.inf)
+    optimiser = _Optimiser(grid, pixels, least=np.inf)
     loss = optimiser.step(np.arange(300), np.random.default_rng(0), 1, 1.0)
     assert loss == pytest.approx(3 * 0.5**2)

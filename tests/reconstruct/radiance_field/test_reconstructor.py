@@ -19,11 +19,8 @@ def capture():
 
 def test_training_and_held_out_views_are_learned(capture):
     frames, held_out = np.array([0, 1, 3, 4, 6, 7]), np.array([2, 5])
-    told = []
     bound = RECONSTRUCTORS["radiance_field"](capture, sides=(24, 48), steps=(60, 60), rays=1024)
-    model = bound.fit(frames, lambda *step: told.append(step))
-    assert [step[:2] for step in told] == [(i + 1, 120) for i in range(120)]
-    assert told[-1][2] < told[0][2] / 10
+    model = bound.fit(frames)
     assert psnr(model, capture, frames) > 30
     assert psnr(model, capture, held_out) > 30
     assert 100 < model.primitives == model.grid.occupied.sum() < 47**3 / 4
@@ -80,11 +77,6 @@ def test_views_of_another_size_are_rendered_at_theirs(capture):
         ({"degree": 3}, "degree must be an integer from 0 to 2"),
         ({"degree": True}, "degree must be an integer"),
         ({"seed": -1}, "seed must be an integer from 0"),
-        ({"density_rate": 0}, "density_rate must be above zero"),
-        ({"color_rate": float("nan")}, "color_rate must be above zero"),
-        ({"density_variation": -1}, "density_variation must be zero or more"),
-        ({"color_variation": "much"}, "color_variation must be zero or more"),
-        ({"visible": 1}, "visible must be at least 0 and below 1"),
     ],
 )
 def test_settings_outside_their_range_are_refused_by_name(capture, settings, named):

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from selection_problems import problem_of
+from selection_problems import moved, problem_of
 from textured_walls import textured_wall
 from watched_images import Watched
 
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor
 from fsel.reconstruct.splats import planes as frames_module
@@ -188,16 +187,7 @@ def test_two_frames_are_enough():
     assert np.isfinite(model.render(capture.view(np.array([0])))).all()
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"partners": 5},
-        *({"planes": planes} for planes in ((1, 4), (32, 129))),
-        # penalties that could overflow or contradict
-        *({"small_penalty": 48, "large_penalty": 8000.0}, {"small_penalty": 510}),
-        {"small_penalty": -1},
-    ],
-)
+@pytest.mark.parametrize("settings", [{"partners": 5}, {"planes": (1, 4)}, {"planes": (32, 129)}])
 def test_bad_settings_are_refused(settings):
     with pytest.raises(ValueError, match="must be"):
         Splats(textured_wall(), **settings)

@@ -10,7 +10,6 @@ import pytest
 from plyfile import PlyData
 from small_captures import record_of, select, write_ring
 
-import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.images.previews import LUMA
 from fsel.captures.read import read_capture
@@ -44,16 +43,6 @@ def test_test_frames_come_with_the_points_that_the_picks_see(capture, tmp_path):
     for key, point in train.points3D.items():
         np.testing.assert_array_equal(test.points3D[key].xyz, point.xyz)
     assert len(test.points3D) == len(train.points3D)
-
-
-@pytest.mark.parametrize(("points", "count"), [("all", 80), ("none", 0)])
-def test_points_are_all_or_none_when_asked_for(points, count, capture, tmp_path):
-    out = tmp_path / "out"
-    fsel.select(capture, 3, patience=0).export(out, points=points)
-    assert len(model_of(out).points3D) == count
-    assert (out / "sparse_pc.ply").exists() == (count > 0)
-    content = json.loads((out / "transforms.json").read_text())
-    assert ("ply_file_path" in content) == (count > 0)
 
 
 def test_points_are_triangulated_where_a_capture_has_none(tmp_path):
@@ -181,30 +170,6 @@ def test_cameras_that_no_trainer_states_are_written_without_distortion(tmp_path,
     assert "FULL_OPENCV has no counterpart" in capsys.readouterr().err
     assert select(tmp_path / "capture", *asked, "--undistort") == 0
     assert model_of(tmp_path / "out").cameras[1].model_name == "PINHOLE"
-
-
-def test_the_world_is_turned_upright_alike_in_every_form(capture, tmp_path):
-    """The ring stands on y, which points down: z then is -y. The record has the turn."""
-    for up in ("none", "auto"):
-        assert select(capture, "-k", 6, "--up", up, "-o", tmp_path / up) == 0
-    assert record_of(tmp_path / "none")["turn"] is None
-    turn = np.array(record_of(tmp_path / "auto")["turn"])
-    np.testing.assert_allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-12)
-    before, after = model_of(tmp_path / "none"), model_of(tmp_path / "auto")
-    for key, point in before.points3D.items():
-        np.testing.assert_allclose(after.points3D[key].xyz, turn @ point.xyz, atol=1e-12)
-    cloud = PlyData.read(str(tmp_path / "auto" / "sparse_pc.ply"))["vertex"]
-    found = np.stack([cloud[axis] for axis in "xyz"], axis=1)
-    xyz = np.array([point.xyz for point in after.points3D.values()])
-    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(xyz, axis=0), atol=1e-5)
-    for key, image in before.images.items():
-        center = after.images[key].projection_center()
-        np.testing.assert_allclose(center, turn @ image.projection_center(), atol=1e-12)
-        assert center[2] == pytest.approx(1)  # the ring's height
-    frames = json.loads((tmp_path / "auto" / "transforms.json").read_text())["frames"]
-    ups = np.array([frame["transform_matrix"] for frame in frames])[:, :3, 1]  # OpenGL: y is up
-    assert (ups[:, 2] > 0.9).all()
-    check_points(after)
 
 
 def test_points_keep_their_errors_in_pixels_of_the_images_that_are_written(capture, tmp_path):

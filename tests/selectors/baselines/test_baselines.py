@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from selection_problems import (
     capture_of,
     in_line,
+    moved,
     permuted,
     problem_of,
     random_problem,
@@ -18,7 +19,6 @@ from slow_selector import POLICIES, random_scorer, slow_inputs
 
 import fsel
 from fsel.core.problem import checked_select
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
 from fsel.selectors.baselines import METHODS, PRACTICE
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from selection_problems import in_line, problem_of
 
-from fsel.selectors.baselines import PRACTICE, alicevision
-from fsel.selectors.baselines.drift import LOST, drift
-from fsel.selectors.baselines.lichtfeld import tenengrad
+from fsel.selectors.baselines import PRACTICE, before_poses
+from fsel.selectors.baselines.before_poses import LOST, drift, tenengrad
 
 
 def picks(name, k, images=None, **seen):
@@ -67,25 +66,25 @@ def test_lichtfeld_takes_the_largest_tenengrad_of_each_window():
 
 def test_alicevision_cuts_stretches_of_equal_motion():
     moved = np.array([1, 1, 4, 1, 1, 0.5, 3])  # from row to row
-    assert [row.tolist() for row in alicevision.stretches(moved, 4)] == [
+    assert [row.tolist() for row in before_poses.stretches(moved, 4)] == [
         [0, 1, 2],
         [3, 4, 5, 6],
         [7],
     ]
-    assert len(alicevision.stretches(moved, 0)) == 8
-    np.testing.assert_allclose(alicevision.weights(5), [1, 1.5, 2, 1.5, 1])
-    np.testing.assert_allclose(alicevision.weights(4), [4 / 3, 2, 2, 4 / 3])
-    assert alicevision.weights(1) == 2
+    assert len(before_poses.stretches(moved, 0)) == 8
+    np.testing.assert_allclose(before_poses.weights(5), [1, 1.5, 2, 1.5, 1])
+    np.testing.assert_allclose(before_poses.weights(4), [4 / 3, 2, 2, 4 / 3])
+    assert before_poses.weights(1) == 2
 
 
 def test_alicevision_weighs_sharpness_in_a_window_against_the_middle():
     spot = np.zeros((36, 36), np.uint8)
     spot[18, 18] = 9  # Laplacian: -36 and four times 9, in a window of ten pixels
-    assert alicevision.sharpness(spot) == pytest.approx(9 * np.sqrt(20 / 100))
+    assert before_poses.sharpness(spot) == pytest.approx(9 * np.sqrt(20 / 100))
     noise = np.random.default_rng(0).integers(0, 255, (10, 20), np.uint8)
     wall = cv2.resize(noise, (240, 120), interpolation=cv2.INTER_CUBIC)
     images = np.array([wall[:, s : s + 160] for s in (0, 4, 8, 12, 16, 20, 24, 32, 40, 48)])
-    assert alicevision.motion(images[7], images[6]) == pytest.approx(8, abs=0.1)
+    assert before_poses.motion(images[7], images[6]) == pytest.approx(8, abs=0.1)
     images[2] = cv2.blur(images[2], (3, 3))
     assert picks("alicevision", 3, images) == [3, 7, 9]  # 24 pixels each: rows 0-5, 6-8 and 9
     assert picks("alicevision", 3, images[[0] * 9]) == [0, 4, 8]  # nothing moves: evenly

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import permuted, problem_on, random_problem
+from selection_problems import moved, permuted, problem_on, random_problem
 from watched_images import Watched
 
 from fsel.core.capture import Capture
 from fsel.core.points import SparsePoints
 from fsel.core.problem import checked_select
 from fsel.evaluation.methods import METHODS
-from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
 from fsel.selectors.baselines.fisher_rf import Information
 from fsel.selectors.baselines.splat_views import START, Blends, blend, fitted, greedily

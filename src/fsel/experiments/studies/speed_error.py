@@ -1,4 +1,4 @@
-"""Speed against error: of the methods, and of the reconstructor's settings."""
+"""Speed against error of the selection methods."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from fsel.core.files import File, Files, write_text
-from fsel.evaluation.figures import MARKERS, TEXT, footnote, name_axes, new_figure, save
+from fsel.evaluation.figures import TEXT, footnote, name_axes, new_figure, save
 from fsel.evaluation.latex import note, plain_table
 from fsel.evaluation.summary import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, sweep_cells
@@ -18,7 +18,6 @@ from fsel.selectors.policies import POLICIES
 
 def speed_error(
     times: File,
-    settings: File,
     evaluations: Files,
     oracles: Files,
     table: File,
@@ -29,19 +28,16 @@ def speed_error(
     k: int,
     facts: Mapping,
 ) -> None:
-    """Draw methods and settings, and write the table of methods; `times` is what `selection_time`
-    wrote, whose smallest pool is drawn; `facts` as of `fsel.evaluation.latex.note`."""
+    """Draw the methods, and write their table; `times` is what `selection_time` wrote, whose
+    smallest pool is drawn; `facts` as of `fsel.evaluation.latex.note`."""
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
     cells = sweep_cells([*problems, *problems], [*evaluations, *oracles], facts={})
     methods = gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
-    swept = pd.read_csv(settings, dtype={"value": str})
     selected = "{} of {} frames".format(*timed[["k", "pool"]].iloc[0])
-    draw(methods, swept, figures, selected=selected, k=k, facts=facts)
-    every = pd.concat([methods, swept], keys=["methods", "settings"])
-    every = every.droplevel(1).rename_axis("panel").reset_index()
-    write_csv(every, numbers)
+    draw(methods, figures, selected=selected, k=k, facts=facts)
+    write_csv(methods, numbers)
     write_text(_table(methods, selected, k), table)
 
 
@@ -72,55 +68,19 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
     return mean.rename("gap").rename_axis("method").reset_index()
 
 
-def draw(
-    methods: pd.DataFrame,
-    settings: pd.DataFrame,
-    outputs: Files,
-    *,
-    selected: str,
-    k: int,
-    facts: Mapping,
-) -> None:
-    """Draw dB lost against seconds, on a logarithmic axis, of every method and setting."""
+def draw(methods: pd.DataFrame, outputs: Files, *, selected: str, k: int, facts: Mapping) -> None:
+    """Draw dB lost against seconds, on a logarithmic axis, of every method."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    figure = new_figure((TEXT, 3.6))
-    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15], subplot_kw={"xscale": "log"})
-    _draw_methods(left, methods)
-    name_axes(left, f"seconds to select {selected}", f"dB behind the search, K = {k}")
-    _draw_settings(right, settings)
-    name_axes(right, "seconds to reconstruct and render", "dB lost to the default setting")
-    titles = {left: "selection methods", right: "settings of splats, one changed at a time"}
-    for axis, title in titles.items():
-        axis.set_title(title, loc="left", fontsize=8)
-        low, high = axis.get_xlim()
-        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
-        axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.xaxis.set_minor_formatter(NullFormatter())
+    figure = new_figure((TEXT / 2, 3.6))
+    axis = figure.subplots(subplot_kw={"xscale": "log"})
+    _draw_methods(axis, methods)
+    name_axes(axis, f"seconds to select {selected}", f"dB behind the search, K = {k}")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1,)))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
     footnote(figure, note(facts))
     save(figure, outputs)
-
-
-def _draw_settings(axis, settings: pd.DataFrame) -> None:
-    """Draw a marker a setting, its values tied to the default, which is a star."""
-    default = settings[settings["default"]].iloc[-1]
-    beside = (((4, 3), "left"), ((4, -8), "left"), ((-4, 2), "right"))
-    for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
-        changed = part[~part["default"]].sort_values("seconds")
-        lost = default["psnr"] - changed["psnr"]
-        for row, gap in zip(changed.itertuples(), lost, strict=True):
-            axis.plot((row.seconds, default["seconds"]), (gap, 0), "-", color="0.8", linewidth=0.6)
-            if abs(gap) < 0.12 and 0.7 < row.seconds / default["seconds"] < 1.4:
-                continue  # under the star; the table has it
-            offset, side = beside[i % len(beside)]
-            place = {"xytext": offset, "textcoords": "offset points", "ha": side}
-            axis.annotate(row.value, (row.seconds, gap), **place, fontsize=6)
-        face = "white" if i % 2 else "0.4"
-        style = {"markerfacecolor": face, "markeredgecolor": "black", "markersize": 5}
-        axis.plot(changed["seconds"], lost, MARKERS[i], linestyle="none", label=name, **style)
-    axis.plot(default["seconds"], 0, "k*", markersize=11, label="default")
-    axis.legend(fontsize=6, frameon=False)
-    axis.margins(x=0.12)
 
 
 def _draw_methods(axis, points: pd.DataFrame) -> None:

@@ -132,7 +132,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
 
     def __del__(self) -> None:
         arrays = getattr(self, "arrays", None)  # settings may have been refused
-        if arrays is not None and self.settings.workspace is None:
+        if arrays is not None:
             shutil.rmtree(arrays.folder, ignore_errors=True)
 
 
@@ -164,8 +164,7 @@ class ExternalModel:
             return
         owner = self._reconstructor
         owner.dead.append(self.number)
-        if owner.settings.workspace is None:
-            if "files" in owner.worker.stated["needs"]:
-                shutil.rmtree(self.arrays.folder, ignore_errors=True)
-            else:
-                owner.spare.append(self.arrays)
+        if "files" in owner.worker.stated["needs"]:
+            shutil.rmtree(self.arrays.folder, ignore_errors=True)
+        else:
+            owner.spare.append(self.arrays)

@@ -1,7 +1,7 @@
 """What a worker gets: arrays in mapped files, and images with cameras as trainers read them.
 
 images/000000.png ...   the selected frames, undistorted, in the capture's order
-masks/000000.png ...    white where a pixel counts, when the capture has masks
+masks/000000.png.png .. white where a pixel counts, when the capture has masks
 transforms.json         their cameras as nerfstudio states them, in the capture's own world
 sparse/0/*.bin          their cameras as COLMAP states them, and the points that two of them see
 sparse_pc.ply           those points
@@ -9,21 +9,17 @@ sparse_pc.ply           those points
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from fsel.captures.colmap.camera import pycolmap
-from fsel.captures.colmap.model import build_model, write_capture_model
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.forms import Subset, write_trained
 from fsel.core.capture import Capture, Views
-from fsel.core.geometry import invert_pose
-from fsel.core.points import NO_POINTS, grouped_rows
+from fsel.core.points import NO_POINTS, RawPoints
 
 POINTS = ("xyz", "rgb", "track_point", "track_frame")
-CLOUD = "sparse_pc.ply"
-OPENGL = np.diag([1.0, -1, -1, 1])
 
 
 class Arrays:
@@ -71,21 +67,16 @@ class Arrays:
 def write_files(folder: Path, capture: Capture) -> None:
     """Write what the head of this module lists, of a capture of the selected frames alone."""
     names = [f"{row:06d}.png" for row in range(len(capture))]
-    content = _lens(capture.views, 0) | {"camera_model": "OPENCV", "frames": []}
     for row, name in enumerate(names):
         _write(folder / "images" / name, np.asarray(capture.images[row])[:, :, ::-1])
-        matrix = np.vstack([invert_pose(capture.world_to_camera[row]), [0, 0, 0, 1]]) @ OPENGL
-        frame = {"file_path": f"images/{name}", **_lens(capture.views, row)}
-        frame["transform_matrix"] = matrix.tolist()
         if capture.masks is not None:
-            _write(folder / "masks" / name, np.asarray(capture.masks[row]).astype(np.uint8) * 255)
-            frame["mask_path"] = f"masks/{name}"
-        content["frames"].append(frame)
-    if _write_model(folder, capture, names):
-        content["ply_file_path"] = CLOUD
-    for split in ("train", "val", "test"):
-        content[f"{split}_filenames"] = [frame["file_path"] for frame in content["frames"]]
-    (folder / "transforms.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+            mask = np.asarray(capture.masks[row]).astype(np.uint8) * 255
+            _write(folder / "masks" / f"{name}.png", mask)
+    pinholes = capture.intrinsics.tolist()
+    cameras = [Camera("PINHOLE", *capture.size, tuple(params)) for params in pinholes]
+    poses, masked = capture.world_to_camera, capture.masks is not None
+    sizes = [capture.size] * len(names)
+    write_trained(Subset(names, cameras, sizes, poses, _pixels(capture), masked), folder)
 
 
 def _write(path: Path, image: np.ndarray) -> None:
@@ -94,26 +85,13 @@ def _write(path: Path, image: np.ndarray) -> None:
         raise OSError(f"{path}: could not be written")
 
 
-def _lens(views: Views, row: int) -> dict:
-    fx, fy, cx, cy = views.intrinsics[row].tolist()
-    width, height = views.size
-    return {"w": width, "h": height, "fl_x": fx, "fl_y": fy, "cx": cx, "cy": cy}
-
-
-def _write_model(folder: Path, capture: Capture, names: list[str]) -> bool:
-    """Write a COLMAP model of pinhole cameras and points; return whether there are points."""
+def _pixels(capture: Capture) -> RawPoints:
+    """Return a capture's points, seen where its cameras project them."""
     points = capture.points or NO_POINTS
-    rows_of = grouped_rows(points.track_frame, len(capture))
-    seen = [points.track_point[rows] for rows in rows_of]
-    width, height = capture.size
-    pixels = []
-    for rows, pose, params in zip(seen, capture.world_to_camera, capture.intrinsics, strict=True):
-        local = points.xyz[rows] @ pose[:, :3].T + pose[:, 3]
-        pixels.append(local[:, :2] / local[:, 2:] * params[:2] + params[2:])
-    cameras = [
-        pycolmap.Camera(model="PINHOLE", width=width, height=height, params=params)
-        for params in capture.intrinsics
-    ]
-    poses = capture.world_to_camera
-    model = build_model(names, cameras, poses, points.xyz, points.rgb, seen, pixels)
-    return write_capture_model(model, folder, folder / CLOUD)
+    poses, pinholes = (
+        array[points.track_frame] for array in (capture.world_to_camera, capture.intrinsics)
+    )
+    turned = np.einsum("nij,nj->ni", poses[:, :, :3], points.xyz[points.track_point])
+    local = turned + poses[:, :, 3]
+    pixels = local[:, :2] / local[:, 2:] * pinholes[:, :2] + pinholes[:, 2:]
+    return RawPoints(points.xyz, points.rgb, points.track_point, points.track_frame, pixels)

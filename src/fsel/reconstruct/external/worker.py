@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from fsel.core import programs
-from fsel.core.programs import FAILED, TIMEOUT, Program, Unfinished, check_folder, words_of
+from fsel.core.programs import FAILED, TIMEOUT, Program, Unfinished, words_of
 
 PROTOCOL = 2
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
@@ -38,30 +38,20 @@ class ExternalSettings(Program):
     Attributes:
         serve: the command of a worker, a list of strings: a program that is started once a job and
             answers requests, as docs/reconstructors.md describes.
-        workspace: folder in which the folders are made and kept; null for temporary ones.
     """
 
     serve: tuple[str, ...] = ()
-    workspace: str | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "serve", words_of("serve", self.serve))
         if not self.serve:
             raise ValueError("serve must be the command of a worker, got none")
-        check_folder("workspace", self.workspace)
 
     @property
     def commands(self) -> Sequence[tuple[str, ...]]:
         """Words of the command."""
         return [self.serve]
-
-    def missing(self) -> list[Exception]:
-        """List what it needs and is not here, a workspace too."""
-        found = super().missing()
-        if self.workspace is not None and not Path(self.workspace).is_dir():
-            found.append(FileNotFoundError(f"workspace: no folder {self.workspace}"))
-        return found
 
 
 class Lost(Unfinished):
@@ -77,7 +67,7 @@ class Worker:
         self.bound: object = None  # what it was bound to last, since it was started
         self.bindings, self.captures = itertools.count(1), itertools.count()
         # of its log, and of the files it gets
-        self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
+        self.folder = Path(tempfile.mkdtemp(prefix="fsel-")).resolve()
         self._requested_at = 0  # bytes of the log at the last request, or at its start
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
@@ -168,10 +158,9 @@ class Worker:
         return code
 
     def close(self) -> None:
-        """End the program, and remove its folder unless a workspace keeps it."""
+        """End the program, and remove its folder."""
         self.stop()
-        if self.settings.workspace is None:
-            shutil.rmtree(self.folder, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def _ended(self, doing: str) -> Lost:
         process = self._process

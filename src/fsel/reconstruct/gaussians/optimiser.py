@@ -23,6 +23,7 @@ RATES = {"scale": 5e-3, "turn": 1e-3, "logit": 5e-2, "color": 2.5e-3, "harmonics
 EXTENT = 1.1  # in the normalised frame the farthest camera is at 1, and Kerbl et al. add a tenth
 DECAYS = (0.9, 0.999)
 TINY = 1e-15  # Kerbl et al.: gradients are far below Adam's usual epsilon
+PENALTIES = (0.01, 0.01)  # weights of the mean opacity, and of the mean deviation in radii
 NOISE = 5e5  # times the means' published rate: the noise's size (Kheradmand et al. 2024)
 FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fast it falls above
 FEWEST = 512  # Gaussians of a range

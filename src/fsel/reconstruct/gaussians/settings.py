@@ -23,12 +23,7 @@ class GaussianSettings:
         degree: of the spherical harmonics, 0 to 2.
         initial: what the Gaussians start from: `splats` (the stereo reconstruction of the selected
             frames) or `points` (sparse points that at least two of them see).
-        views: images that a step's gradient is summed over.
         coarse: share of the steps, the first ones, on images of half the size.
-        opacity_penalty: weight of the mean opacity in the loss (3DGS-MCMC).
-        scale_penalty: weight of the mean standard deviation in the loss, which is 1 for the
-            distance of the farthest selected camera from their middle (3DGS-MCMC).
-        noise: whether faint Gaussians move at random (3DGS-MCMC).
         dropout: share of the Gaussians that the last step leaves out, growing from zero with the
             steps; the others' opacities are raised to make up for it (DropGaussian, Park et al.
             2025).
@@ -41,23 +36,15 @@ class GaussianSettings:
     seed: int = 0
     degree: int = 2
     initial: str = "splats"
-    views: int = 1
     coarse: float = 0.0
-    opacity_penalty: float = 0.01
-    scale_penalty: float = 0.01
-    noise: bool = True
     dropout: float = 0.0
     background: str = "black"
 
     def __post_init__(self) -> None:
-        for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0, "views": 1}.items():
+        for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0}.items():
             check_integer(name, getattr(self, name), least, 2 if name == "degree" else math.inf)
-        for name in ("opacity_penalty", "scale_penalty"):
-            check_number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
         check_number("coarse", self.coarse, "between 0 and 1", lambda v: 0 <= v <= 1)
         check_number("dropout", self.dropout, "at least 0 and below 1", lambda v: 0 <= v < 1)
-        if not isinstance(self.noise, bool):
-            raise ValueError(f"noise must be true or false, got {self.noise!r}")
         for name, allowed in {"initial": INITIAL, "background": BACKGROUNDS}.items():
             if getattr(self, name) not in allowed:
                 raise ValueError(
@@ -67,7 +54,7 @@ class GaussianSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """A size and what it takes, measured with 30 frames by `benchmarks/gaussians.py`."""
+    """A size and what it takes, measured with 30 frames."""
 
     long_side: int  # pixels of the images
     gaussians: int

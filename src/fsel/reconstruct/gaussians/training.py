@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.threads import ranges, spread
 from fsel.reconstruct.gaussians import densify, losses, optimiser
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.parameters import LOGIT
@@ -75,36 +74,27 @@ class Training:
         return self.model(steps)
 
     def step(self, step: int) -> float:
-        """Update once; return the mean loss of its views before it, without the penalties."""
+        """Update once; return the loss of its view before it, without the penalties."""
         if step == self.coarse > 0:
             self.look(self.capture)
         settings, table = self.settings, self.table[: self.alive]
-        degree, factor, loss = self.degree(step), self.factor(step), 0.0
-        touched = np.empty(0, np.int32)
-        penalties = settings.opacity_penalty, settings.scale_penalty
+        degree, factor, view = self.degree(step), self.factor(step), self.order.next_view()
+        touched = self.canvas.draw(table, degree, factor, self.cameras[view])
 
         def update(first: int, last: int) -> None:
-            optimiser.penalise(table, self.grad, touched[first:last], *penalties)
+            optimiser.penalise(table, self.grad, touched[first:last], *optimiser.PENALTIES)
             self.adam.step(self.grad, touched[first:last], step)
 
-        for _ in range(settings.views):
-            view = self.order.next_view()
-            seen = self.canvas.draw(table, degree, factor, self.cameras[view])
-            touched = np.union1d(touched, seen) if len(touched) else seen
-            mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
-            loss += losses.loss_gradient(
-                self.canvas.image, self.truth[view], mask, self.window, self.slope
-            )
-            then = update if settings.views == 1 else None  # with several, once all are added
-            self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad, then)
-        if settings.views > 1:
-            spread(update, ranges(len(touched), optimiser.FEWEST))
-        if settings.noise:
-            optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
+        mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
+        loss = losses.loss_gradient(
+            self.canvas.image, self.truth[view], mask, self.window, self.slope
+        )
+        self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad, update)
+        optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
         if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:
             self.alive, changed = densify.relocate(self.table, self.alive, self.order.rng)
             self.adam.forget(changed)
-        return loss / settings.views
+        return loss
 
     def degree(self, step: int) -> int:
         """Return the degree of the harmonics in use."""

@@ -14,7 +14,7 @@ from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
-from fsel.reconstruct.radiance_field.training import FAINT, FEWEST_RAYS, Pixels, Progress, optimised
+from fsel.reconstruct.radiance_field.training import FAINT, FEWEST_RAYS, Pixels, optimised
 from fsel.reconstruct.selected import Frame, distinct, restricted
 
 NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
@@ -30,22 +30,15 @@ class RadianceField(ConfiguredReconstructor[RadianceSettings]):
 
     settings_type = RadianceSettings
 
-    def fit(self, frames: np.ndarray, progress: Progress | None = None) -> RadianceModel:
-        """Reconstruct from a subset.
-
-        Args:
-            frames: (K,) int64 distinct frames, K >= 2.
-            progress: called after each step with the steps made, all steps, and the loss.
-
-        Raises:
-            ValueError: for fewer than two frames, which hold no parallax, or repeated ones.
-        """
+    def fit(self, frames: np.ndarray) -> RadianceModel:
+        """Reconstruct from (K,) int64 distinct frames; ValueError for fewer than two, which hold
+        no parallax, or repeated ones."""
         frames = np.sort(distinct(frames))
         started, peak = time.perf_counter(), Peak()
         capture = restricted(self.capture, frames)
         frame = Frame.of(capture)
         pixels = _pixels(frame.localised(capture))
-        grid = optimised(pixels, self.settings, progress)
+        grid = optimised(pixels, self.settings)
         return RadianceModel(
             frame=frame,
             grid=grid,

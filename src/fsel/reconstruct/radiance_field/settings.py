@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from fsel.reconstruct.configured import check_integer, check_number
+from fsel.reconstruct.configured import check_integer
 
 HIGHEST_DEGREE = 2
 FINEST = 512  # vertices along an edge: the index of their cube takes 512 MB
@@ -21,10 +21,6 @@ class RadianceSettings:
         steps: of Adam, one number a stage.
         rays: pixels drawn for one step.
         degree: of the spherical harmonics of colour, 0 to 2.
-        density_variation, color_variation: weights of the total variation, taken as the mean over
-            vertices, beside the squared error, taken as the mean over rays.
-        density_rate, color_rate: first step sizes of Adam.
-        visible: least share of any selected pixel that a cell must give to be refined.
         seed: of the order of the rays and the places of their samples.
     """
 
@@ -32,11 +28,6 @@ class RadianceSettings:
     steps: tuple[int, ...] = (80, 80, 100)
     rays: int = 4096
     degree: int = 1
-    density_variation: float = 0.01
-    color_variation: float = 0.01
-    density_rate: float = 1.0
-    color_rate: float = 0.4
-    visible: float = 0.05
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -54,8 +45,3 @@ class RadianceSettings:
             raise ValueError(f"sides must rise, got {self.sides}")
         for name, most in {"rays": math.inf, "degree": HIGHEST_DEGREE, "seed": math.inf}.items():
             check_integer(name, getattr(self, name), int(name == "rays"), most)
-        for name in ("density_variation", "color_variation"):
-            check_number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
-        for name in ("density_rate", "color_rate"):
-            check_number(name, getattr(self, name), "above zero", lambda v: v > 0)
-        check_number("visible", self.visible, "at least 0 and below 1", lambda v: 0 <= v < 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -18,14 +18,16 @@ from fsel.reconstruct.radiance_field.settings import RadianceSettings
 
 EMPTY = -1.0  # logarithm of density that the field starts from: a ray sees half-way through it
 FAINT = 1e-3  # optical depth below which a sample is passed over, once the first stage is done
+VISIBLE = 0.05  # least share of any selected pixel that a cell must give to be refined
+# of density and of colour: first step sizes of Adam, and weights of the total variation, a mean
+# over vertices, beside the squared error, a mean over rays
+RATES, VARIATIONS = (1.0, 0.4), (0.01, 0.01)
 DECAY = 0.1  # of the step size, from the first step to the last
 BENDS = 1.0, 0.1  # differences of density and of colour from which variation counts linearly
 BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment
 FEWEST_RAYS, BLOCK = 128, 4096  # of a range; rays whose samples are kept at once
 THINNED = 64  # one sample of so many says where the ranges of vertices are cut
-
-Progress = Callable[[int, int, float], None]
 
 
 class Pixels(NamedTuple):
@@ -37,8 +39,8 @@ class Pixels(NamedTuple):
     background: np.ndarray  # (3,) float32 colour behind everything
 
 
-def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | None) -> Grid:
-    """Optimise the field through all stages; see `RadianceField.fit` for `progress`."""
+def optimised(pixels: Pixels, settings: RadianceSettings) -> Grid:
+    """Optimise the field through all stages."""
     color = np.clip(pixels.background, 0.02, 0.98)
     harmonics = (settings.degree + 1) ** 2
     grid = Grid.full(settings.sides[0], EMPTY, np.log(color / (1 - color)), harmonics)
@@ -49,15 +51,13 @@ def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | N
     for stage, steps in enumerate(settings.steps):
         if stage:
             share = _largest_weights(pixels, grid)
-            kept = grown((share > settings.visible).reshape(grid.cells.shape))
+            kept = grown((share > VISIBLE).reshape(grid.cells.shape))
             grid = grid.refined(kept, settings.sides[stage], EMPTY)
-        optimiser = _Optimiser(grid, pixels, settings, FAINT if stage else 0.0)
+        optimiser = _Optimiser(grid, pixels, FAINT if stage else 0.0)
         draws = _draws(rng, len(pixels.rays), settings.rays)
         for turn in range(1, steps + 1):
-            loss = optimiser.step(next(draws), rng, turn, DECAY ** (made / total))
+            optimiser.step(next(draws), rng, turn, DECAY ** (made / total))
             made += 1
-            if progress is not None:
-                progress(made, total, loss)
     return grid
 
 
@@ -93,18 +93,14 @@ class _Part(NamedTuple):
 class _Optimiser:
     """Adam on one grid's arrays, which it changes in place."""
 
-    def __init__(
-        self, grid: Grid, pixels: Pixels, settings: RadianceSettings, least: float
-    ) -> None:
+    def __init__(self, grid: Grid, pixels: Pixels, least: float) -> None:
         self.grid, self.pixels, self.least = grid, pixels, least
         self.rows = grid.neighbours()
         self.reach = int((self.rows - np.arange(len(self.rows))[:, None]).max(initial=0))
         self.records: dict[tuple[int, int], tuple[np.ndarray, ...]] = {}
-        rates = settings.density_rate, settings.color_rate
-        variations = settings.density_variation, settings.color_variation
         self.parts = []
         arrays = grid.density[:, None], grid.color
-        for values, rate, variation, bend in zip(arrays, rates, variations, BENDS, strict=True):
+        for values, rate, variation, bend in zip(arrays, RATES, VARIATIONS, BENDS, strict=True):
             gradient = np.zeros((len(values) + 1, values.shape[1]), values.dtype)
             moments = np.zeros_like(values), np.zeros_like(values)
             weight = np.float32(variation / max(len(values), 1))
@@ -150,9 +146,8 @@ class _Optimiser:
 
     def _vary(self, first: int, last: int) -> None:
         for part in self.parts:
-            if part.weight > 0:
-                given = part.values, part.weight, part.bend, part.gradient
-                add_variation(self.rows, *given, self.reach, first, last)
+            given = part.values, part.weight, part.bend, part.gradient
+            add_variation(self.rows, *given, self.reach, first, last)
 
     def _descend(self, turn: int, decay: float, first: int, last: int) -> None:
         for part in self.parts:

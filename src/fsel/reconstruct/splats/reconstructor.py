@@ -24,6 +24,13 @@ from fsel.reconstruct.splats.consistency import Maps, agreed
 from fsel.reconstruct.splats.planes import FrameCache, remember
 
 MAX_PARTNERS = 4
+NEIGHBOURS = 8  # depth maps that each pixel is checked against
+ROUNDS = 2  # of voting; later ones weigh a neighbour by its opacity in the last round
+TRUNCATION = np.float32(35)  # grey levels at which the matching cost saturates
+PENALTIES = np.int16(48), np.float32(510)  # of one plane and of a jump, beside costs of 0 to 510
+TOLERANCE = 1.0  # planes within which two depths agree
+AGAINST = 1.0  # weight of a free-space violation beside an agreement
+SURFACE = 0.1  # see `SplatModel.surface`
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
 # older ones are seldom needed again, and allocating more memory takes time
 PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
@@ -35,39 +42,18 @@ class SplatSettings:
 
     Attributes:
         partners: frames that each frame is matched against, 1 to 4.
-        neighbours: depth maps that each pixel is checked against.
-        rounds: of voting; later rounds weigh a neighbour by its opacity in the last round.
-        truncation: grey levels at which the matching cost saturates.
-        small_penalty: semi-global penalty of one plane, beside costs of 0 to 510.
-        large_penalty: semi-global penalty of a jump, likewise.
-        tolerance: planes within which two depths agree.
-        against: weight of a free-space violation beside an agreement.
         opacity: least opacity of a splat that is kept.
-        surface: relative depth behind the visible surface that still belongs to it.
         planes: least and most depth planes, 2 to 128; between, one pixel of disparity each.
     """
 
     partners: int = 4
-    neighbours: int = 8
-    rounds: int = 2
-    truncation: float = 35.0
-    small_penalty: int = 48
-    large_penalty: float = 510.0
-    tolerance: float = 1.0
-    against: float = 1.0
     opacity: float = 0.25
-    surface: float = 0.1
     planes: tuple[int, int] = (32, 96)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "planes", tuple(self.planes))  # a configuration has a list
         if not 1 <= self.partners <= MAX_PARTNERS:
             raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
-        if not 0 <= self.small_penalty < self.large_penalty <= stereo.LARGEST_PENALTY:
-            raise ValueError(
-                f"penalties must be 0 <= small < large <= {stereo.LARGEST_PENALTY}, "
-                f"got {self.small_penalty} and {self.large_penalty}"
-            )
         if not 2 <= self.planes[0] <= self.planes[1] <= stereo.MOST_PLANES:
             raise ValueError(
                 "planes must be (least, most) with 2 <= least <= most <= "
@@ -109,12 +95,12 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         maps = list(chain(*spread(mapped, ranges(len(frames), 1, 16))))
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
-        neighbours = np.ascontiguousarray(order[:, : self.settings.neighbours])
+        neighbours = np.ascontiguousarray(order[:, :NEIGHBOURS])
         rotation, translation = _relative(self.poses[frames], neighbours)
         rays = np.stack([self.frames[i].rays for i in frames.tolist()])
-        tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
+        tolerance = TOLERANCE * (self.inverse[frames, 1] - self.inverse[frames, 0])
         kept = Maps(inverse, rays, neighbours, rotation, translation, self.ks[frames], tolerance)
-        fused, opacity = agreed(kept, opacity, self.settings.rounds, self.settings.against)
+        fused, opacity = agreed(kept, opacity, ROUNDS, AGAINST)
         least = np.float32(self.settings.opacity)
         poses = invert_pose(self.poses[frames]).astype(np.float32)
         images = np.asarray(self.capture.images[frames])
@@ -125,7 +111,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
             colors=colors,
             near=float(self.range[frames, 0].min() / 2),
             far=float(self.range[frames, 1].max() * 2),
-            surface=self.settings.surface,
+            surface=SURFACE,
             pixel=float(1 / self.ks[frames, 0].mean()),
             seconds=time.perf_counter() - started,
             peak_bytes=peak.bytes,
@@ -154,9 +140,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
             costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
             cost = stereo.merge_costs(padded, len(costs))
-            settings = self.settings
-            small, large = np.int16(settings.small_penalty), np.float32(settings.large_penalty)
-            total = stereo.aggregate(cost, self.frames[frame].grey, small, large)
+            total = stereo.aggregate(cost, self.frames[frame].grey, *PENALTIES)
             depth_map = stereo.winner(total, cost, self.inverse[frame])
             remember(self._maps, key, depth_map, MAP_BYTES // (2 * depth_map[0].nbytes))
         return depth_map
@@ -170,8 +154,7 @@ class Splats(ConfiguredReconstructor[SplatSettings]):
         own = self.frames[frame]
         images = own.image, self.frames[source].enlarged, own.rays
         pose = rotation.astype(np.float32), translation.astype(np.float32), self.ks[source]
-        truncation = np.float32(self.settings.truncation)
-        cost = stereo.pair_cost(*images, *pose, self.inverse[frame], truncation)
+        cost = stereo.pair_cost(*images, *pose, self.inverse[frame], TRUNCATION)
         cost = stereo.box_filter(cost)
         if keep:
             remember(self._pairs, (frame, source), cost, self._most_pairs)
@@ -186,7 +169,7 @@ class SplatModel(Fitted):
     colors: np.ndarray  # (n, 3) float32, 0..255
     near: float  # depth from which, and `far` to which, the depth pass resolves surfaces
     far: float
-    surface: float  # see `SplatSettings`
+    surface: float  # relative depth behind the visible surface that still belongs to it
     pixel: float  # size of a source pixel at unit depth
 
     @property

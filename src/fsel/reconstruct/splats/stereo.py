@@ -14,7 +14,6 @@ from fsel.core.compiled import exact, exact_part
 F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64
 
-LARGEST_PENALTY = 7600  # four paths of a cost, at most 510, and a penalty stay within int16
 MOST_PLANES = 128  # whose costs, at most 510 each, stay within uint16
 OUTSIDE = F(150)  # cost, of 255, where the source frame does not see the point
 CONFIDENCE_OFFSET = F(8)  # keeps the confidence of a flat, all-matching pixel near zero
@@ -170,7 +169,8 @@ def aggregate(cost, grey, small, large):
         cost: (h, w, D) int16, 0..510.
         grey: (h, w) float32, 0..255; jumps are cheaper across its edges.
         small: penalty of a change by one plane, int16.
-        large: penalty of a jump on a flat image, float32, at most `LARGEST_PENALTY`.
+        large: penalty of a jump on a flat image, float32; up to 7600 four paths of a cost stay
+            within int16.
     """
     height, width, _ = cost.shape
     total, (across, down) = np.zeros_like(cost), np.empty((2, height, width), S)

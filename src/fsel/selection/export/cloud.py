@@ -14,27 +14,21 @@ from fsel.captures.lazy import LazyCapture
 from fsel.captures.poses import sfm
 from fsel.core.points import NO_POINTS, RawPoints, grouped_rows
 
-SEEN, ALL, NONE = "seen", "all", "none"
-POINTS = (SEEN, ALL, NONE)
 LEAST_TRACK = 2  # picked frames that see a point: fewer could not have triangulated it
 MATCHED_SIDE = 800  # pixels of images that are matched, where points must be made
 
 
 def cloud_of(
-    opened: LazyCapture, frames: list[int], picks: list[int], points: str, matched: bool = True
+    opened: LazyCapture, frames: list[int], picks: list[int], matched: bool = True
 ) -> RawPoints:
     """Points with their tracks, which number the frames; kept are those that two picks see.
 
     Points without any track, as those of a `.ply`, are seen where they lie in an image. Where the
     capture has no points, they are triangulated from matches of the picks, if they may be matched.
     """
-    if points == NONE:
-        return NO_POINTS
     sparse = opened.raw.subset(frames).sparse()
     if sparse is None:
         sparse = _triangulated(opened, frames, picks) if matched else NO_POINTS
-    if points == ALL:
-        return sparse
     if len(sparse.track_point):
         chosen = np.isin(sparse.track_frame, np.searchsorted(frames, picks))
         seen = np.bincount(sparse.track_point[chosen], minlength=len(sparse.xyz))

@@ -56,7 +56,6 @@ def content(
         "scorer": _scorer(outcome.method),
         "versions": {"python": platform.python_version()} | {p: version(p) for p in PACKAGES},
         "seconds": outcome.seconds,
-        "turn": None if form.turn is None else form.turn.tolist(),
         "frames": picked(outcome),
         "left": left(outcome) + unplaced(opened.found),
         "bad": None if health is None else bad_frames.entries(health, names),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,14 +11,13 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, is_straight, straight
+from fsel.captures.forms import Subset, transforms, write_forms, write_json
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.layouts.nerfstudio import COEFFICIENTS
 from fsel.captures.lazy import LazyCapture
-from fsel.core.geometry import turned
 from fsel.core.points import RawPoints, SparsePoints
 from fsel.selection.export import cloud, placing
-from fsel.selection.export.forms import Subset, transforms, write_forms, write_json
 
 LENSES = 2  # kept at once: the tables of a large image take as much as the image
 FRAMES = "frames.txt"
@@ -33,20 +32,16 @@ class Form:
     Attributes:
         link: as hard links; else as copies.
         long_side: pixels of the images' longer side; None as they are.
-        points: one of `fsel.selection.export.cloud.POINTS`.
         matched: triangulate points from matches of images where the capture has none.
         shapes: folder of an object's masks; a frame without one shows nothing of it.
         undistort: images and cameras without distortion.
-        turn: (3, 3) rotation from the capture's world to the one that is written; None for none.
     """
 
     link: bool = False
     long_side: int | None = None
-    points: str = cloud.SEEN
     matched: bool = True
     shapes: Path | None = None
     undistort: bool = False
-    turn: np.ndarray | None = None
 
 
 def check_cameras(raw: RawCapture, undistort: bool) -> None:
@@ -77,14 +72,11 @@ def write(
     train, kept_back = np.sort(picks).tolist(), np.sort(held_out).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))
-    points = cloud.cloud_of(opened, used, train, form.points, form.matched)
+    points = cloud.cloud_of(opened, used, train, form.matched)
     own = points.without_pixels()
     if form.undistort:
         points = cloud.straightened(points, [opened.raw.cameras[i] for i in used])
     raw = opened.raw
-    if form.turn is not None:
-        points = replace(points, xyz=points.xyz @ form.turn.T)
-        raw = replace(raw, world_to_camera=turned(raw.world_to_camera, form.turn))
     scene = Path(opened.capture.source).resolve().name
     if not kept_back:
         part = _written(stage, raw, train, used, cameras, points, form)

@@ -1,4 +1,4 @@
-"""Selection methods without training: one file each, one contract (see `fsel.core.problem`)."""
+"""Selection methods without training, by one contract (see `fsel.core.problem`)."""
 
 from fsel.core.problem import Method
 from fsel.core.registry import Registry
@@ -6,8 +6,8 @@ from fsel.core.registry import Registry
 PAPER: Registry[Method] = Registry(
     "method",
     {
-        "random": "fsel.selectors.baselines.random_:METHOD",
-        "uniform": "fsel.selectors.baselines.uniform:METHOD",
+        "random": "fsel.selectors.baselines.simple:RANDOM",
+        "uniform": "fsel.selectors.baselines.simple:UNIFORM",
         "fvs": "fsel.selectors.baselines.fvs:METHOD",
         "nerf_director": "fsel.selectors.baselines.nerf_director:METHOD",
         "mvsnet": "fsel.selectors.baselines.mvsnet:METHOD",
@@ -24,7 +24,7 @@ FURTHER: Registry[Method] = Registry(
     "method",
     {
         "nearest": "fsel.selectors.baselines.nearest:METHOD",
-        "sharpest": "fsel.selectors.baselines.sharpest:METHOD",
+        "sharpest": "fsel.selectors.baselines.simple:SHARPEST",
         "long_lrm": "fsel.selectors.baselines.long_lrm:METHOD",
         "indoor_traj": "fsel.selectors.baselines.indoor_traj:METHOD",
         "facility": "fsel.selectors.baselines.facility_location:METHOD",
@@ -37,10 +37,11 @@ WITHOUT_POSES = (
     *("best_n", "lichtfeld", "alicevision"),
     *("thumbnail", "correlation", "drift", "farthest_appearance"),
 )
-_HOMES = {n: f"fsel.selectors.baselines.{n}:METHOD" for n in (*WITHOUT_POSES, "warp_rf")}
+_HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in WITHOUT_POSES}
+_HOMES |= {n: f"fsel.selectors.baselines.{n}:METHOD" for n in ("farthest_appearance", "warp_rf")}
 PRACTICE: Registry[Method] = Registry("method", _HOMES)
 """What tools do before poses are known, and WarpRF; in the workflow's tables by `practice`."""
 
-HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.all_frames:METHOD"}
+HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.simple:ALL"}
 GROUP = "fsel.selectors.baselines"  # of entry points
 METHODS: Registry[Method] = Registry("method", HOMES, group=GROUP)

@@ -40,14 +40,19 @@ class Subset:
 
 def write_forms(subset: Subset, folder: Path, scene: str) -> None:
     """Write every form into a folder that holds images/; `scene` names it for Long-LRM."""
-    cloud = _write_model(subset, folder)
-    listed = [f"images/{name}" for name in subset.names]
-    every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
-    write_json(transforms([(subset, "")], cloud) | every, folder / TRANSFORMS)
+    write_trained(subset, folder)
     write_json(_placed(subset), folder / VIEWERS)
     if all(camera.model in STRAIGHT for camera in subset.cameras):
         write_json(_long_lrm(subset, scene), folder / LONG_LRM)
         (folder / SCENES).write_text(f"{LONG_LRM}\n", encoding="utf-8")
+
+
+def write_trained(subset: Subset, folder: Path) -> None:
+    """Write what most trainers read: a COLMAP model, its points, and transforms.json."""
+    cloud = _write_model(subset, folder)
+    listed = [f"images/{name}" for name in subset.names]
+    every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
+    write_json(transforms([(subset, "")], cloud) | every, folder / TRANSFORMS)
 
 
 def write_json(content: dict | list, path: Path) -> None:
