@@ -39,11 +39,18 @@ KNOWN = Nearest "targets known" "targets known, tried" "targets known, others tr
 EXAMPLES = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
 captures: .venv/installed
 	$(CAPTURES)_unknown.py --methods $(UNKNOWN) --starts $(STARTS) --rows $(ROWS)
-	$(CAPTURES)_unknown.py --methods $(KNOWN) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
+	$(CAPTURES)_unknown.py --methods $(KNOWN) --starts 1 3 5 7 --budgets 10 20 30 --seeds 1 --rows $(ROWS)
 	$(CAPTURES)_unknown.py --made --methods tried --starts $(STARTS) --budgets 10 --rows $(MADE)
 	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 20 --rows $(MADE)
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
+
+# `fsel` with views known over Nearest on all captures of config/real.yaml, four hours: results/real_*.md
+.PHONY: real
+real: $(addprefix results/real_,every.md random.md region.md)
+results/real_%.md: .venv/installed
+	$(CAPTURES)_unknown.py --held $* --starts 3 7 --budgets 8 --by gaussians --methods Nearest "targets known" --rows $(@:.md=.jsonl)
+	$(CAPTURES)_page.py --known --rows $(@:.md=.jsonl) -o $@
 
 # the same at 384 pixels, beside what tools pick by, four hours: docs/results/captures_384.md
 .PHONY: captures_384

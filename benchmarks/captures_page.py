@@ -37,6 +37,9 @@ def page(asked: argparse.Namespace) -> None:
     """Write the page of results."""
     table = pd.read_json(asked.rows, lines=True)
     each = {by: _each(part) for by, part in table.groupby("by")}
+    if asked.known:
+        asked.out.write_text("\n".join(_summary(own, KNOWN, over=NEAR) for own in each.values()))
+        return
     parts = [_head(table), _short(each)]
     for by, gains in each.items():
         parts += [f"## By `{by}`\n", _summary(gains, UNKNOWN), _by_capture(gains)]
@@ -199,5 +202,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=Path, required=True)
     parser.add_argument("--made-rows", type=Path, help="of captures made of them")
+    parser.add_argument("--known", action="store_true", help="the differences from Nearest alone")
     parser.add_argument("-o", "--out", type=Path, required=True)
     page(parser.parse_args())

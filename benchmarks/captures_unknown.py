@@ -11,9 +11,11 @@ on the frames held out: uniform sampling, what people run before poses are known
 (`--patience 0`), what is kept after trying on the capture's own frames (the default), and with
 `--targets` the frames held out: Nearest, the rule, and what is kept after trying on their images;
 once on all of them, which then score too, and once on every second one, the others being those that
-score. What is tried makes all its planned fits and is scored with `--seeds` seeds. `--made`
-measures on four captures made of each: a pause, six bursts, the same path filmed twice, and the
-second time in other light. Rows that are there are kept.
+score. What is tried makes all its planned fits; it, the rule with targets known and Nearest are
+scored with `--seeds` seeds. `--held` holds nine random frames out instead, or nine in a region of
+40 % of the frames, each number of `--starts` being a draw. `--made` measures on four captures made
+of each: a pause, six bursts, the same path filmed twice, and the second time in other light. Rows
+that are there are kept.
 """
 
 from __future__ import annotations
@@ -47,6 +49,8 @@ from fsel.selectors.baselines import PRACTICE
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY = 8  # one frame in so many is held out
+HELD = {"every": 0.0, "random": 1.0, "region": 0.4}  # shares of the frames that nine are drawn from
+NINE = 9
 SIZES = {128: 6000, 384: 20_000}  # pixels of the longer side, and Gaussians
 SETTINGS = {"gaussians": {"steps": 600, "background": "mean"}, "splats": {}, "radiance_field": {}}
 EVEN, RULE, TRIED, TOLD = "evenly spaced", "the rule alone", "tried", "targets known"
@@ -121,6 +125,16 @@ MADE = {
     "two passes": filmed_twice,
     "other light": in_other_light,
 }
+
+
+def held_out(capture: Capture, how: str, start: int) -> np.ndarray:
+    """(T,) frames, ascending: one in eight from `start` on, or nine of that draw."""
+    n, rng = len(capture), np.random.default_rng([start, 7])
+    if how == "every":
+        return np.arange(start, n, EVERY)
+    gap = np.linalg.norm(capture.centers - capture.centers[rng.integers(n)], axis=1)
+    near = np.argsort(gap, kind="stable")[: round(n * HELD[how])]
+    return np.sort(rng.choice(near, min(NINE, len(near) // 2), replace=False))
 
 
 def kept_by(race: SuccessiveHalving) -> tuple[np.ndarray, dict[str, object]]:
@@ -205,7 +219,7 @@ def rows(
     `methods` are those that each reconstructor is to score, beside evenly spaced frames; `made` has
     the scores of reconstructors, seeds and frames that are known, and receives the new ones.
     """
-    held = np.arange(start, len(capture), EVERY)
+    held = held_out(capture, asked.held, start)
 
     @cache
     def worth(by: str, seed: int, frames: tuple[int, ...]) -> np.ndarray:
@@ -215,7 +229,8 @@ def rows(
     even = [subset_key(frames) for frames in picks[0][1]] if picks else []
     for (by, wanted), (method, parts, more) in product(methods.items(), picks):
         keys = [subset_key(frames) for frames in parts]
-        fits = 1 if by == "splats" or method != TRIED or keys == even else asked.seeds
+        once = by == "splats" or method not in (TRIED, *AIMED) or keys == even
+        fits = 1 if once else asked.seeds
         for seed in range(fits if method in wanted else 0):
             for name, own in ((EVEN, even), (method, keys)):
                 if (key := (by, seed, str(own))) not in made and keys != even:
@@ -284,9 +299,10 @@ if __name__ == "__main__":
     parser.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     parser.add_argument("--side", type=int, default=128, choices=SIZES, help="pixels")
     parser.add_argument("--made", action="store_true", help="on captures made of them, see above")
-    parser.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")
+    parser.add_argument("--held", default="every", choices=HELD, help="which frames are held out")
+    parser.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first, or draws")
     parser.add_argument("--budgets", type=int, nargs="+", default=[10, 15, 20, 30, 50])
     parser.add_argument("--by", nargs="+", default=["gaussians", "splats"], choices=SETTINGS)
     parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
-    parser.add_argument("--seeds", type=int, default=2, help="of the fits of what was tried")
+    parser.add_argument("--seeds", type=int, default=2, help="of the fits, see above")
     measure(parser.parse_args())

@@ -108,6 +108,16 @@ def with_points(problem, count=60, seed=0):
     return replace(problem, capture=replace(problem.capture, points=points))
 
 
+def with_points_ahead(problem, seed=0, count=5):
+    """The same problem where each frame alone sees a few points along its axis."""
+    rng, capture = np.random.default_rng([9, seed]), problem.capture
+    rows = np.repeat(np.arange(len(capture)), count)
+    depth = rng.uniform(0.5, 4, (len(rows), 1)) * np.linalg.norm(capture.centers, axis=1).mean()
+    xyz = capture.centers[rows] + depth * capture.axes[rows]
+    points = SparsePoints(xyz, np.zeros((len(rows), 3), np.uint8), np.arange(len(rows)), rows)
+    return replace(problem, capture=replace(capture, points=points))
+
+
 def permuted(problem, order):
     """The same problem with its frames in another order: frame i is the old frame order[i]."""
     place = np.argsort(order)

@@ -125,27 +125,36 @@ def slow_relations(problem, frames, views, left, picked, target_gain):
     }
 
 
+def slow_depths(problem, frames, views):
+    """(T,) depths of the views, those known or that of the cameras' spread, and the scene's."""
+    if problem.target_depths is not None:
+        return problem.target_depths, np.median(problem.target_depths)
+    centers = problem.capture.centers[frames]
+    depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
+    return [depth] * len(views), depth
+
+
 def slow_target_gain(problem, frames, views, left, picked):
     """What each row would add to the mean over views of log(1 + summed closeness), to first order,
     in proportion less within 0.2 of a pick's look; less its remoteness."""
     centers, axes = problem.capture.centers[frames], problem.capture.axes[frames]
-    depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
+    depths, scene = slow_depths(problem, frames, views)
     closeness, far = np.zeros((2, len(frames), len(views)))
-    for t, (c, a) in enumerate(zip(views.centers, views.axes, strict=True)):
+    for t, (c, a, depth) in enumerate(zip(views.centers, views.axes, depths, strict=True)):
         shift = np.linalg.norm(centers - c, axis=1)
         ahead = np.linalg.norm(centers + depth * axes - c - depth * a, axis=1)
-        distance = shift + 2 * ahead
+        distance = (shift + 2 * ahead) / depth
         far[:, t] = distance
         for i in range(len(frames)):
             rank = np.sum(distance < distance[i])
             closeness[i, t] = 0.7**rank if rank < 64 else 0
     covered = closeness[list(picked)].sum(axis=0)
-    remote = [min(far[i]) / depth / 75 for i in left]
-    looked = centers + depth * axes
+    remote = [min(far[i]) / 75 for i in left]
+    looked = centers + scene * axes
 
     def apart(i, j):
         ahead = np.linalg.norm(looked[i] - looked[j])
-        return (np.linalg.norm(centers[i] - centers[j]) + 2 * ahead) / depth
+        return (np.linalg.norm(centers[i] - centers[j]) + 2 * ahead) / scene
 
     novel = [min([1, *(apart(i, j) / 0.2 for j in picked)]) for i in left]
     gain = [(closeness[i] / (1 + covered)).mean() for i in left]
@@ -154,12 +163,22 @@ def slow_target_gain(problem, frames, views, left, picked):
 
 def slow_visibility_gain(problem, frames, views, left, picked):
     """What each row would add to the mean over points of P(N >= 1) + P(N >= 2), to first order, the
-    mean of N's Poisson law being what the picks see of a point."""
+    mean of N's Poisson law being what the picks see of a point; where depths are known, two thirds
+    of what it would add to the mean of the best sight that a pick has, and 0.7 of the second."""
     if (found := SEEN.get(id(problem))) is None or found[0] is not problem:
         found = SEEN[id(problem)] = problem, slow_visibility(problem, frames, views)
     seen = found[1]
+    if problem.target_depths is not None:
+        now = slow_worth(seen[list(picked)])
+        return np.array([slow_worth(seen[[*picked, row]]) - now for row in left])
     rate = seen[list(picked)].sum(axis=0)
     return (seen * (1 + rate) * np.exp(-rate)).mean(axis=1)[left]
+
+
+def slow_worth(seen):
+    """Of (k, points) sights."""
+    second, first = np.sort([*np.zeros((2, seen.shape[1])), *seen], axis=0)[-2:]
+    return 2 / 3 * np.mean(first + 0.7 * second)
 
 
 SEEN = {}  # id of a problem -> it, and what its rows see: slow enough to be computed once
@@ -168,26 +187,28 @@ SEEN = {}  # id of a problem -> it, and what its rows see: slow enough to be com
 def slow_visibility(problem, frames, views):
     """(n, points of all views) how much each row sees of each."""
     width, height = views.size
-    centers = problem.capture.centers[frames]
-    depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
     columns = []
-    posed = zip(views.world_to_camera, views.intrinsics, views.centers, strict=True)
-    for pose, (fx, fy, cx, cy), center in posed:
+    fade = 40 if problem.target_depths is None else 20
+    depths, _ = slow_depths(problem, frames, views)
+    posed = zip(views.world_to_camera, views.intrinsics, views.centers, depths, strict=True)
+    for pose, (fx, fy, cx, cy), center, depth in posed:
         for z in depth * np.array([0.5, 1, 2, 4]):
             for across, down in np.ndindex(6, 5):
                 x, y = (across + 0.5) * width / 6, (down + 0.5) * height / 5
                 local = z * np.array([(x - cx) / fx, (y - cy) / fy, 1])
                 point = pose[:, :3].T @ (local - pose[:, 3])
-                columns.append([slow_sight(problem.capture, i, point, center) for i in frames])
+                columns.append(
+                    [slow_sight(problem.capture, i, point, center, fade) for i in frames]
+                )
     return np.array(columns).T
 
 
-def slow_sight(capture, frame, point, center):
-    """How much a frame sees of a point on a ray from a view's centre."""
+def slow_sight(capture, frame, point, center, fade=40):
+    """How much a frame sees of a point on a ray from a view's centre; 1/e at `fade` degrees."""
     pose, (fx, fy, cx, cy) = capture.world_to_camera[frame], capture.intrinsics[frame]
     x, y, z = pose[:, :3] @ point + pose[:, 3]
     if z <= 0 or not (0 <= x / z * fx + cx < capture.size[0]):
         return 0.0
     if not (0 <= y / z * fy + cy < capture.size[1]):
         return 0.0
-    return np.exp(-angle(capture.centers[frame] - point, center - point) / np.radians(40))
+    return np.exp(-angle(capture.centers[frame] - point, center - point) / np.radians(fade))

@@ -165,6 +165,17 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     assert table[-1] == content["verdict"]
 
 
+def test_compare_picks_as_select_does_fewer_and_more_than_targets(capture, tmp_path):
+    out, asked = tmp_path / "out", ["-k", "9,6", "--targets", "every:3", "--methods", "fsel"]
+    shown = ["--keep-bad", "--reconstructor", "splats", "--long-side", 48, "-o", out]
+    assert run("compare", capture, *asked, *shown) == 0
+    rows = json.loads((out / "compare.json").read_text())["rows"]
+    for row in rows:
+        chosen = fsel.select(capture, row["k"], "every:3", keep_bad=True)
+        assert row["picks"] == [list(chosen.names)]
+    assert not set(rows[0]["picks"][0]) <= set(rows[1]["picks"][0])  # not nested
+
+
 def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path):
     out, asked = tmp_path / "out", ["-k", 6, "--methods", "tried,fsel,uniform", "--keep-bad"]
     assert run("compare", capture, *asked, "--reconstructor", "splats", "-o", out) == 0

@@ -39,11 +39,27 @@ def slow_greedy(problem, scorer, k, policy):
     return np.array(picked), np.array(scores)
 
 
+def with_depths(problem, seed=0):
+    depths = np.random.default_rng([3, seed]).uniform(0.5, 4, len(problem.targets))
+    return replace(problem, target_depths=depths)
+
+
 @loops
 @policies
 @pytest.mark.parametrize("seed", range(6))
 def test_picks_against_the_slow_loop(loop, policy, seed):
-    problem = random_problem(20 + 6 * seed, seed)
+    compare_with_the_slow_loop(loop, policy, seed, random_problem(20 + 6 * seed, seed))
+
+
+@loops
+@pytest.mark.parametrize("name", [name for name in POLICIES if POLICIES[name].points])
+@pytest.mark.parametrize("seed", range(6))
+def test_so_they_are_at_the_depths_of_the_targets(loop, name, seed):
+    problem = with_depths(random_problem(20 + 6 * seed, seed), seed)
+    compare_with_the_slow_loop(loop, POLICIES[name], seed, problem)
+
+
+def compare_with_the_slow_loop(loop, policy, seed, problem):
     scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     prepared = policy.prepare(problem)
     k = 8 if seed else len(prepared.pool)
@@ -66,7 +82,7 @@ def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
 
 @policies
 def test_training_sees_what_greedy_sees(policy):
-    problem = random_problem(40, 2)
+    problem = with_depths(random_problem(40, 2)) if policy.points else random_problem(40, 2)
     prepared, scorer = policy.prepare(problem), random_scorer(policy, 2)
     rows, scores = greedy(prepared, scorer, 10)
     features, selectable = follow(Rollout(prepared), rows)

@@ -17,8 +17,10 @@ from selection_problems import (
     random_capture,
     random_problem,
     random_weights,
+    with_points_ahead,
 )
 
+from fsel.selection.problem import with_target_depths
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.greedy import greedy
@@ -30,6 +32,7 @@ SCORERS = {
     "less_is_more": lambda: Network(random_weights(3)),
     "less_is_more_no_appearance": lambda: Network(random_weights(4)),
     "fsel": lambda: pretrained.method().scorer,
+    (WITH_DEPTHS := "fsel, with the depths of the targets"): lambda: pretrained.method().scorer,
 }
 LOOPS = {"compiled": greedy, "plain": reference_loop.greedy}
 policies = pytest.mark.parametrize("policy", SCORERS)
@@ -39,8 +42,20 @@ seeds = st.integers(0, 2**32 - 1)
 unhurried = settings(max_examples=25, deadline=None, derandomize=True)
 
 
+def problem_for(policy, seed):
+    problem = random_problem(40, seed)
+    return with_points_ahead(problem, seed) if policy == WITH_DEPTHS else problem
+
+
+def prepared_for(policy, problem):
+    if policy == WITH_DEPTHS:
+        policy, problem = "fsel", with_target_depths(problem)
+        assert problem.target_depths is not None
+    return POLICIES[policy].prepare(problem)
+
+
 def picked(loop, policy, problem):
-    prepared = POLICIES[policy].prepare(problem)
+    prepared = prepared_for(policy, problem)
     return prepared.pool[loop(prepared, SCORERS[policy](), K)[0]]
 
 
@@ -50,7 +65,7 @@ def picked(loop, policy, problem):
 @given(seed=seeds, power=st.floats(-6, 6), shift=st.floats(0, 1e4))
 def test_neither_the_frame_nor_the_unit_of_the_world(loop, policy, seed, power, shift):
     rng = np.random.default_rng(seed)
-    problem, scale = random_problem(40, seed), 10.0**power
+    problem, scale = problem_for(policy, seed), 10.0**power
     rotation = Rotation.random(rng=rng).as_matrix()
     # rounding grows with the distance from the origin: far, in units of the scene, but not endless
     other = moved(problem, rotation, rng.normal(size=3) * shift * scale, scale)
@@ -63,15 +78,16 @@ def test_neither_the_frame_nor_the_unit_of_the_world(loop, policy, seed, power, 
 @unhurried
 @given(seed=seeds)
 def test_nor_the_order_of_frames(loop, policy, seed):
-    problem = random_problem(40, seed)
+    problem = problem_for(policy, seed)
     order = np.random.default_rng(seed).permutation(40)
     other = picked(loop, policy, permuted(problem, order))
     np.testing.assert_array_equal(order[other], picked(loop, policy, problem))
 
 
 def test_nor_millimetres_far_from_the_origin():
-    problem, utm = random_problem(40), np.array([5e5, 1e7, 120.0])
+    utm = np.array([5e5, 1e7, 120.0])
     for policy in SCORERS:
+        problem = problem_for(policy, 0)
         other = picked(greedy, policy, moved(problem, np.eye(3), utm, 1e-3))
         np.testing.assert_array_equal(other, picked(greedy, policy, problem))
 
@@ -95,7 +111,9 @@ def test_hard_cameras_have_the_picks_of_the_plain_loop(policy, case):
     """Of rounding alone there would be other picks: where cameras or axes coincide."""
     plain = random_capture(40)
     problem = problem_on(capture_of(*case(plain.centers, plain.world_to_camera[:, :, :3])))
-    prepared = POLICIES[policy].prepare(problem)
+    if policy == WITH_DEPTHS:
+        problem = with_points_ahead(problem)
+    prepared = prepared_for(policy, problem)
     (rows, scores), (want, wanted) = (
         loop(prepared, SCORERS[policy](), K) for loop in LOOPS.values()
     )

@@ -29,7 +29,7 @@ from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.evaluation.statistics import Interval
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.selection.focus import Focus, focus_of, outlines
-from fsel.selection.problem import measured, request_problem
+from fsel.selection.problem import measured, request_problem, with_target_depths
 from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of, vet
 from fsel.selection.select import select_frames, without_bad
 from fsel.selection.targets import Targets
@@ -164,21 +164,24 @@ def _selected(
         sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
         sharpness, descriptors = measured(methods, capture, sharpness_of)
         problem = request_problem(capture, targets, sharpness, focus, descriptors)
-        return _picks(args, problem, methods), blurred
+        few = [k for k in args.k if targets.as_many_as(k)]
+        more = [k for k in args.k if k not in few]
+        picks = _picks(args.seed, with_target_depths(problem), few, methods)
+        return picks | _picks(args.seed, problem, more, methods), blurred
 
 
-def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
+def _picks(seed: int, problem: Problem, ks: Sequence[int], methods: Sequence[Method]) -> Picks:
     """Return the picks of each k and method, one a seed; nested methods run once."""
 
     def rng_of(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng(args.seed + run.seed)
+        return np.random.default_rng(seed + run.seed)
 
     picks: Picks = {}
-    for run in runs(methods):
+    for run in runs(methods) if ks else ():
         if run.method.name == ALL_FRAMES:
-            picks |= {(k, ALL_FRAMES): [problem.observed] for k in args.k}
+            picks |= {(k, ALL_FRAMES): [problem.observed] for k in ks}
             continue
-        for made in picks_at(problem, run, args.k, rng_of):
+        for made in picks_at(problem, run, ks, rng_of):
             picks.setdefault((made.k, run.method.name), []).append(made.frames)
     return picks
 

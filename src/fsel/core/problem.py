@@ -36,6 +36,8 @@ class Problem:
             will be rendered.
         proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
             paper its baselines may.
+        target_depths: (T,) how far what each target looks at is, world units; None where poses
+            alone decide.
         features: (P, 14) float64 static features of the candidates against the proxies, columns as
             `fsel.features.columns.STATIC`; None where a method that reads them computes them. What
             replaces one of the other attributes replaces them.
@@ -51,6 +53,7 @@ class Problem:
     fixed_picks: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     targets_unknown: bool = False
     proxies_free: bool = True
+    target_depths: np.ndarray | None = None
     features: np.ndarray | None = None
 
     @classmethod

@@ -8,7 +8,8 @@ squared distances. A frame far from everything is no better than one far enough.
 view's image at four depths, since the true one is not known. A frame that has a point in its image
 counts by how nearly it looks along the view's own ray. With the sum of what the picks count as the
 mean of a Poisson law, a point is worth the chance that one or more see it plus the chance that two
-or more do: a second frame lets the first be matched.
+or more do: a second frame lets the first be matched. Where the depth of each view is known, lengths
+are in it, and a point is worth the best and a share of the second best sight that a pick has of it.
 """
 
 from __future__ import annotations
@@ -40,22 +41,27 @@ ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond co
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene
 ANGLE = math.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
+ANGLE_OF_TWO = math.radians(20.0)  # the same where the best two sights of a point count
+BEST, SECOND = 2 / 3, 7 / 15  # what they count
 NEAREST = 256  # frames of a view whose sight is measured; the others are taken to see nothing
 
 
-def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
+def look_distance(
+    centers: np.ndarray, axes: np.ndarray, views: Views, depth: np.ndarray
+) -> np.ndarray:
     """Return (n, T) distances of (n, 3) centres from T views plus twice those of the points looked
-    at along (n, 3) unit axes, in scene depths."""
-    depth = look_depth(centers)
+    at along (n, 3) unit axes, in the (T,) depths of the views, world units."""
     shift = pairwise_distances(centers, views.centers)
-    ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
-    return (shift + TURN * ahead) / depth
+    looks = zip(depth, views.centers + depth[:, None] * views.axes, strict=True)
+    ahead = [pairwise_distances(centers + far * axes, point[None]) for far, point in looks]
+    return (shift + TURN * np.hstack(ahead)) / depth
 
 
-def look_embedding(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return (n, 6) where cameras are and, twice, what they look at, in scene depths: the distances
-    of first and of last three numbers add up to the look distance."""
-    here = centered(centers) / look_depth(centers)
+def look_embedding(centers: np.ndarray, axes: np.ndarray, depth: float | None = None) -> np.ndarray:
+    """Return (n, 6) where cameras are and, twice, what they look at, in depths of the scene, by
+    default `look_depth`: the distances of first and of last three numbers add up to the look
+    distance."""
+    here = centered(centers) / (look_depth(centers) if depth is None else depth)
     return np.hstack([here, TURN * (here + axes)])
 
 
@@ -86,18 +92,23 @@ class Visibility(NamedTuple):
     Attributes:
         nearest: (O, M) int64 the rows that are closest to each view.
         seen: (O, M, Q) how much each of them sees of each of the view's Q points, 0..1.
+        two: whether the best two sights of a point count, not the sum of all.
     """
 
     nearest: np.ndarray
     seen: np.ndarray
+    two: bool = False
 
 
 NOTHING = Visibility(np.empty((0, 0), np.int64), np.empty((0, 0, 0)))
 
 
-def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) -> Visibility:
+def visibility(
+    frames: Views, views: Views, distance: np.ndarray, depth: np.ndarray, *, two: bool = False
+) -> Visibility:
     """Measure what the nearest of n frames, by (n, O) `look_distance`, see of the points of O
-    views; `depth` is that of the scene in world units."""
+    views at (O,) depths, world units; `two` as of `Visibility`."""
+    angle = ANGLE_OF_TWO if two else ANGLE
     points = view_points(views, depth)
     nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
     seen = np.zeros((*nearest.shape, points.shape[1]), distance.dtype)
@@ -108,20 +119,20 @@ def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) 
             frames.centers.take(rows[place], axis=0), points[view].take(point, axis=0)
         )
         to_view = directions(views.centers[view], points[view]).take(point, axis=0)
-        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / ANGLE)
-    return Visibility(nearest, seen)
+        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
+    return Visibility(nearest, seen, two)
 
 
-def view_points(views: Views, depth: float) -> np.ndarray:
-    """Return (O, Q, 3) points that lie behind a grid over each of O views' images."""
+def view_points(views: Views, depth: np.ndarray) -> np.ndarray:
+    """Return (O, Q, 3) points that lie behind a grid over each of O views' images, at multiples of
+    their (O,) depths."""
     across, down = (
         (np.arange(n) + 0.5) / n * side for n, side in zip(GRID, views.size, strict=True)
     )
-    x, y, z = (a.ravel() for a in np.meshgrid(across, down, depth * np.array(DEPTHS)))
+    x, y, share = (a.ravel() for a in np.meshgrid(across, down, DEPTHS))
     fx, fy, cx, cy = views.intrinsics.T[:, :, None]
-    local = np.stack(
-        [(x - cx) / fx * z, (y - cy) / fy * z, np.broadcast_to(z, (len(views), len(z)))]
-    )
+    z = depth[:, None] * share
+    local = np.stack([(x - cx) / fx * z, (y - cy) / fy * z, z])
     turned = np.einsum("cop,ocd->opd", local, views.world_to_camera[:, :, :3])
     return views.centers[:, None] + turned
 
@@ -139,20 +150,32 @@ def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.nda
     return (z > 0) & across & (y * fy >= -cy * z) & (y * fy < (height - cy) * z)
 
 
-def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
-    """Return (O, Q) float64 how much some rows see of each point, 0..1 each, summed."""
-    views, places = np.nonzero(np.isin(visible.nearest, rows))
-    rates = np.zeros(visible.seen.shape[::2], visible.seen.dtype)
-    np.add.at(rates, views, visible.seen[views, places])
-    return rates
+def with_sight(sights: np.ndarray, visible: Visibility, row: int) -> np.ndarray:
+    """Return (2, O, Q) sights that picks have of each point after one more pick: their sum and
+    zero, or the best and the second best."""
+    views, places = np.nonzero(visible.nearest == row)
+    seen, (first, second), found = visible.seen[views, places], sights[:, views], sights.copy()
+    if visible.two:
+        found[:, views] = np.maximum(first, seen), np.maximum(second, np.minimum(first, seen))
+    else:
+        found[0, views] += seen
+    return found
 
 
-def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
-    """Return (n,) value of one more of n rows to the views' points, their mean: with rate r, of the
-    picks' (O, Q) `visibility_counts`, P(N >= 1) + P(N >= 2) of a Poisson N has the slope (1 + r)
-    exp(-r)."""
-    slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
-    # einsum sums every row alike; a matrix product may part equal rows in their last bit
-    worth = np.einsum("omq,oq->om", visible.seen, slope)
+def visibility_gain(visible: Visibility, sights: np.ndarray, rows: int) -> np.ndarray:
+    """Return (n,) value of one more of n rows to the views' points, their mean, after picks with
+    (2, O, Q) sights of them: with sum r, P(N >= 1) + P(N >= 2) of a Poisson N has the slope (1 + r)
+    exp(-r); of the best two, what they and their shares grow by."""
+    first, second = sights
+    if visible.two:
+        worth = np.zeros(visible.nearest.shape)
+        for view, seen in enumerate(visible.seen):  # as in `visibility`, for the cache
+            for least, share in ((first[view], BEST - SECOND), (second[view], SECOND)):
+                grown = np.maximum(seen, least) - least
+                worth[view] += share / first.size * grown.sum(axis=1)
+    else:
+        slope = (1 + first) * np.exp(-first) / max(first.size, 1)
+        # einsum sums every row alike; a matrix product may part equal rows in their last bit
+        worth = np.einsum("omq,oq->om", visible.seen, slope)
     gain = np.bincount(visible.nearest.ravel(), worth.ravel(), rows)
     return gain.astype(visible.seen.dtype, copy=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from fsel.core.problem import Method, Problem
 from fsel.selection.focus import Focus
 from fsel.selection.paths import with_views_beside
 from fsel.selection.request import Describe, SharpnessOf
+from fsel.selection.scene_depth import viewing_distance
 from fsel.selection.targets import ALL, Targets
 
 
@@ -44,6 +46,21 @@ def request_problem(
         fixed_picks=targets.always,
         targets_unknown=whole,
     )
+
+
+def with_target_depths(problem: Problem) -> Problem:
+    """Return the problem with how far what each target looks at is, the median depth of the sparse
+    points that its proxy sees; as it is of a capture without points.
+
+    Only where picks are no more than targets, see `Targets.as_many_as`, is `fsel` ahead by it.
+    """
+    capture, points = problem.capture, problem.capture.points
+    nearest, place = np.unique(problem.proxies, return_inverse=True)
+    seen = None if points is None else points.seen_from(nearest, len(capture))
+    if seen is None or not len(seen.track_frame):
+        return problem
+    depths = viewing_distance(capture.view(nearest), seen)[place]
+    return replace(problem, target_depths=depths) if (depths > 0).all() else problem
 
 
 def measured(

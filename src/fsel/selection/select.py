@@ -22,7 +22,7 @@ from fsel.selection.budget import Auto
 from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
-from fsel.selection.problem import measured, request_problem
+from fsel.selection.problem import measured, request_problem, with_target_depths
 from fsel.selection.request import CheckedRequest, SharpnessOf
 from fsel.selection.targets import Targets
 from fsel.selectors.policies import Ranked, ScoringMethod
@@ -42,7 +42,8 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
         number = found.frames
     targets = targets.with_stand_ins(checked.capture, number)
     examined_at = time.perf_counter()
-    capture = checked.capture if opened is None else _as_read(checked, opened, reporter)
+    tracks = targets.as_many_as(number) or checked.method.tracks or checked.patience.seconds > 0
+    capture = checked.capture if opened is None else _as_read(checked, opened, tracks, reporter)
     sharpness_of = _sharpness_of(checked, reporter)
     read = measured([checked.method], capture, sharpness_of, request.descriptors)
     seconds = {"health": examined_at - began, "images": time.perf_counter() - examined_at}
@@ -86,6 +87,8 @@ def _selection(
         stepwise = isinstance(checked.method, ScoringMethod)
         ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
+    if targets.as_many_as(number):
+        problem = with_target_depths(problem)
     frames, scores = ranked(problem, number)
     tried = None
     if checked.patience.seconds and len(problem.fixed_picks) < len(frames):
@@ -100,14 +103,14 @@ def _selection(
     return Selection(names, frames, scores, seconds, checked.capture, *own), problem
 
 
-def _as_read(checked: CheckedRequest, opened: LazyCapture, reporter: Reporter) -> Capture:
+def _as_read(
+    checked: CheckedRequest, opened: LazyCapture, tracks: bool, reporter: Reporter
+) -> Capture:
     """Return the capture with what the selection reads of it."""
     if {"appearance", "images"} & set(checked.method.reads):
         return opened.loaded(np.arange(len(opened.capture)), reporter.bar("images"))
     with reporter.clock("points"):
-        if checked.method.tracks or checked.patience.seconds:
-            return opened.with_all_points()
-        return opened.capture
+        return opened.with_all_points() if tracks else opened.capture
 
 
 def _sharpness_of(checked: CheckedRequest, reporter: Reporter) -> SharpnessOf:

@@ -54,6 +54,10 @@ class Targets:
     dropped: np.ndarray = field(default_factory=lambda: NO_FRAMES)
     bad: np.ndarray = field(default_factory=lambda: NO_FRAMES)
 
+    def as_many_as(self, k: int) -> bool:
+        """Whether views are stated, and no fewer than k frames."""
+        return self.kind != ALL and k <= len(self.views)
+
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
         unwanted = np.concatenate([frames for frames, _, _ in self.left_out()])

@@ -10,7 +10,7 @@ import numpy as np
 from fsel.core.compiled import exact, reordered
 from fsel.core.geometry import SAME_AXIS
 from fsel.features.columns import D_MIN_S, FOLLOWING, GAIN, GAMMA_MIN_S, PHI_NOV, RHO_MAX_S, SPREAD
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
+from fsel.features.conditioned import BEST, ENOUGH, FEW, GROUP, NOVEL, POINTS, SECOND
 
 
 class Memory(NamedTuple):
@@ -22,7 +22,7 @@ class Memory(NamedTuple):
         inverse_sums: (3, n) the sums of their inverses over all picks, used with it.
         covered: (O,) summed closeness of the picks to each view.
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
-        rates: (O, Q) what the picks see of each point of each view, summed.
+        sights: (2, O, Q) of each point of each view, see `fsel.features.conditioned.with_sight`.
         gains: (O, M) what the nearest rows of each view would add to it.
     """
 
@@ -31,7 +31,7 @@ class Memory(NamedTuple):
     inverse_sums: np.ndarray
     covered: np.ndarray
     apart: np.ndarray
-    rates: np.ndarray
+    sights: np.ndarray
     gains: np.ndarray
 
 
@@ -40,19 +40,19 @@ def begin(rows):
     """Return the raw columns, (5, n), and the memory before the first pick."""
     n, views = rows.closeness.shape
     used, plain = (n, 0) if views > 0 else (0, n)
-    nearest, seen = rows.visible
+    nearest, seen, _ = rows.visible
     memory = Memory(
         np.full((3, plain), np.inf),
         np.full((3, GROUP, used), np.inf),
         np.zeros((3, used)),
         np.zeros(views),
         np.full(n, NOVEL),
-        np.zeros((len(nearest), seen.shape[2])),
+        np.zeros((2, len(nearest), seen.shape[2])),
         np.zeros(nearest.shape),
     )
     raw = np.zeros((FOLLOWING, n))
     for o in range(len(nearest)):
-        _visibility_gains(seen[o], memory.rates[o], len(nearest), memory.gains[o])
+        _visibility_gains(rows.visible, o, memory)
     _gain(rows, memory, raw[GAIN])
     return raw, memory
 
@@ -161,23 +161,36 @@ def _least_apart(looks, row, out):
 @exact
 def _look(visible, row, memory):
     """Count what a pick sees, in the views that it is near to."""
-    for o in range(len(visible.nearest)):
-        for m in range(visible.nearest.shape[1]):
-            if visible.nearest[o, m] == row:
-                memory.rates[o] += visible.seen[o, m]
-                _visibility_gains(
-                    visible.seen[o], memory.rates[o], len(visible.nearest), memory.gains[o]
-                )
+    nearest, seen, two = visible
+    for o in range(len(nearest)):
+        for m in range(nearest.shape[1]):
+            if nearest[o, m] == row:
+                first, second = memory.sights[0][o], memory.sights[1][o]
+                if two:
+                    second[:] = np.maximum(second, np.minimum(first, seen[o, m]))
+                    first[:] = np.maximum(first, seen[o, m])
+                else:
+                    first += seen[o, m]
+                _visibility_gains(visible, o, memory)
 
 
 @reordered
-def _visibility_gains(seen, rates, views, out):
+def _visibility_gains(visible, o, memory):
     """One view's part of `fsel.features.conditioned.visibility_gain`."""
-    slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
+    seen, out = visible.seen[o], memory.gains[o]
+    first, second = memory.sights[0][o], memory.sights[1][o]
+    count = len(visible.seen) * len(first)
+    slope = (1 + first) * np.exp(-first) / count
     for m in range(len(seen)):
         gain = 0.0
-        for q in range(len(slope)):
-            gain += seen[m, q] * slope[q]
+        if visible.two:
+            for q in range(len(first)):
+                gain += (BEST - SECOND) * max(seen[m, q] - first[q], 0.0)
+                gain += SECOND * max(seen[m, q] - second[q], 0.0)
+            gain /= count
+        else:
+            for q in range(len(slope)):
+                gain += seen[m, q] * slope[q]
         out[m] = gain
 
 

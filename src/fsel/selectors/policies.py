@@ -66,7 +66,8 @@ class Policy:
             computed. With the target gain, distances to the picks are those of
             `fsel.features.conditioned`.
         kind: of the scorer: `Linear` or `Network`.
-        points: whether the target gain counts the points of the views that come into view.
+        points: whether the target gain counts the points of the views that come into view, at the
+            problem's depths of the targets where it has them.
     """
 
     name: str
@@ -106,13 +107,16 @@ class Policy:
             static[:, ~np.isin(NAMES, self.inputs)] = 0
         centers, axes = capture.centers[frames], capture.axes[frames]
         close, visible = np.zeros((len(frames), 0)), NOTHING
+        known = problem.target_depths if self.points else None
+        scene = look_depth(centers) if known is None else float(np.median(known))
         if self._read([TARGET_GAIN]):
-            distance = look_distance(centers, axes, references)
+            depth = np.full(len(references), scene) if known is None else known
+            distance = look_distance(centers, axes, references, depth)
             close = closeness(distance)
             static[:, TARGET_GAIN_INPUT] = -nearest_view_penalty(distance)
             if self.points:
-                depth = look_depth(centers)
-                visible = visibility(capture.view(frames), references, distance, depth)
+                views, two = capture.view(frames), known is not None
+                visible = visibility(views, references, distance, depth, two=two)
         # angular novelty is measured from the mean of the views' reference points
         common = proxy_points(problem, references).mean(axis=0)
         rows = Rows(
@@ -121,7 +125,7 @@ class Policy:
             bearings=directions(centers, common),
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
-            look_embedding=look_embedding(centers, axes),
+            look_embedding=look_embedding(centers, axes, scene),
             visible=visible,
             decay_start=SURROGATE_DECAY_START if problem.targets_unknown else np.inf,
         )

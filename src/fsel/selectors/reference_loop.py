@@ -23,8 +23,8 @@ from fsel.features.conditioned import (
     GROUP,
     NOVEL,
     POINTS,
-    visibility_counts,
     visibility_gain,
+    with_sight,
 )
 from fsel.selectors.greedy import Prepared, check_budget, standardise
 from fsel.selectors.scorer import Scorer
@@ -62,7 +62,7 @@ class Walk:
         self._inputs = prepared.static.copy()
         self._remote = prepared.static[:, TARGET_GAIN_INPUT]
         self._covered = np.zeros(views, precision)
-        self._rates = visibility_counts(rows.visible, np.empty(0, np.int64))
+        self._sights = np.zeros((2, *rows.visible.seen.shape[::2]), rows.visible.seen.dtype)
         self._apart = np.full(n, NOVEL, precision)
         self._squares = np.empty((len(SPREAD), 0, n), precision)
         self._raw = np.zeros((n, FOLLOWING), precision)
@@ -92,7 +92,7 @@ class Walk:
             return
         self._spread(row)
         self._covered += rows.closeness[row]
-        self._rates += visibility_counts(rows.visible, np.array([row]))
+        self._sights = with_sight(self._sights, rows.visible, row)
         shift = (rows.look_embedding - rows.look_embedding[row]).reshape(-1, 2, 3)
         self._apart = np.minimum(self._apart, np.linalg.norm(shift, axis=2).sum(axis=1))
         picked = np.count_nonzero(~self.free)
@@ -101,7 +101,7 @@ class Walk:
     def _gain(self) -> np.ndarray:
         """Return (n,) target gains, see `fsel.selectors.conditioned_kernels.target_gain`."""
         gain = self._rows.closeness @ (1 / (1 + self._covered)) / max(len(self._covered), 1)
-        seen = visibility_gain(self._rows.visible, self._rates, len(gain))
+        seen = visibility_gain(self._rows.visible, self._sights, len(gain))
         return gain * (self._apart / NOVEL) + POINTS * seen
 
     def _spread(self, row: int) -> None:
