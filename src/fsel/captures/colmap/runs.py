@@ -21,7 +21,7 @@ from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
 from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.core.limits import threads
-from fsel.core.wording import counted
+from fsel.core.wording import counted, in_minutes
 
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 SEED = 0
@@ -277,9 +277,3 @@ def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
         one, pair = one + MAPPING_SECONDS * kept, PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept
     about = in_minutes((frames * one + matched * pair) / cores)
     return f"{counted(frames, 'frame')}, {matched:,} pairs: {about} on {counted(cores, 'core')}"
-
-
-def in_minutes(seconds: float) -> str:
-    """Return a time as a person says it."""
-    minutes = seconds / 60
-    return f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"
