@@ -34,7 +34,7 @@ SIDE, WANTED = 128, 40  # pixels of the longer side; picks that enough frames ar
 FIRST = (3, 7, 1, 5)  # frame held out, by the seed
 LEAST_SPARE = 8  # frames that are neither held out nor picked
 UNIFORM, FSEL, OTHERS = "uniform", "fsel", ("best_n", "thumbnail")
-SCORES = ("all", "sharp", "worst tenth")
+METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians, {side} pixels
 
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
@@ -69,7 +69,7 @@ def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.
 
 def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
     """Write the rows of a video that are not there yet."""
-    cells = product(asked.seeds, asked.budgets, (UNIFORM, FSEL, *OTHERS))
+    cells = product(asked.seeds, asked.budgets, asked.methods)
     cells = [cell for cell in cells if (video.stem, *cell) not in known]
     if not cells:
         return
@@ -103,28 +103,33 @@ def scores_of(rows: pd.DataFrame) -> pd.Series:
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
     table = rows.groupby(["k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
-    table, methods = table.unstack("method"), (FSEL, *OTHERS)
+    table = table.unstack("method")
+    methods = [m for m in METHODS[1:] if m in set(rows["method"])]
     each = rows.groupby("video").first()
     frames = "; ".join(f"{v}: {r.frames} frames, {r.blurred} blurred" for v, r in each.iterrows())
     seeds = counted(rows["seed"].nunique(), "seed")
     head = {"side": SIDE, "every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
     text = HEAD.format(**head, frames=frames)
     for k, part in table.groupby(level="k"):
-        part = part.droplevel("k").dropna()
+        part = part.droplevel("k")
         gains = {m: np.array([part[s][m] - part[s][UNIFORM] for s in SCORES]).T for m in methods}
         text += f"## K = {k}\n\n| video | uniform | {' | '.join(f'`{m}`' for m in methods)} |\n"
-        text += "|---" * 5 + "|\n"
+        text += "|---" * (2 + len(methods)) + "|\n"
         for at, video in enumerate(part.index):
             own = " / ".join(f"{part[s][UNIFORM].iloc[at]:.1f}" for s in SCORES)
             text += f"| {video} | {own} | {' | '.join(_cell(gains[m][at]) for m in methods)} |\n"
-        error = np.sqrt(max(len(part), 1))
-        means = [_cell(gains[m].mean(0), gains[m].std(0, ddof=1) / error) for m in methods]
+        means = [
+            _cell(gains[m].mean(0), gains[m].std(0) / max(len(part) - 1, 1) ** 0.5) for m in methods
+        ]
         text += f"| mean | | {' | '.join(means)} |\n"
         text += f"| worst | | {' | '.join(_cell(gains[m].min(0)) for m in methods)} |\n\n"
     return text.rstrip() + "\n"
 
 
 def _cell(gains: np.ndarray, errors: Sequence[float] = ()) -> str:
+    """Return dB with their errors, a dash where not every video was measured."""
+    if np.isnan(gains).any():
+        return "–"
     off = [f" ± {error:.2f}" for error in errors] or [""] * len(gains)
     return " / ".join(f"{gain:+.2f}{more}" for gain, more in zip(gains, off, strict=True))
 
@@ -135,6 +140,7 @@ if __name__ == "__main__":
     parser.add_argument("videos", nargs="*", type=Path, default=found)
     parser.add_argument("--rows", type=Path, default=Path("results/videos.jsonl"))
     parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
+    parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
