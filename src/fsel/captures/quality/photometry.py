@@ -7,7 +7,7 @@ import numpy as np
 from fsel.captures.quality.cells import GRID, LEAST_CELLS, Cells
 from fsel.core.points import quantile_of
 
-BESIDE = 2.5  # times less detail than the frames beside it show: 2 to 3 pixels of motion of 480
+BESIDE = 4.0  # times less detail than the frames beside it show: at 2.5, gaps cost more than blur
 AT_POINTS = 6.0  # times less than its points' neighbourhoods show in the sharpest tenth
 SAME = 0.5  # correlation of the grey levels of two frames that show the same, at least
 SHARP = 0.9  # quantile of the detail that sharp frames show
