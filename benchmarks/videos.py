@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,7 @@ from captures_unknown import EVERY, kept_by, scored
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import Opening, opened
 from fsel.captures.quality.examination import examined
+from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.halving import halving_of
 from fsel.selection.request import SelectionRequest, checked_request
@@ -40,7 +42,9 @@ HEAD = """# Real videos, trained Gaussians, {side} pixels
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
 held-out frames / the sharp ones / the worst tenth of each selection. {seeds}, each with other
-frames held out and one fit. Mean ± its standard error over the videos. {frames}.
+frames held out and one fit; mean ± its standard error over the videos. In {even} of {runs} runs
+`fsel` picked evenly by number, which differs from evenly in time by chance. Frames (blurred):
+{frames}.
 
 """
 
@@ -100,15 +104,24 @@ def scores_of(rows: pd.DataFrame) -> pd.Series:
     return pd.Series(dict(zip(SCORES, (part.mean() for part in parts), strict=True)))
 
 
+def is_even(row: Any) -> bool:
+    """Return whether a row's picks are evenly spaced among the frames not held out."""
+    frames = np.arange(row.frames)
+    seen = np.setdiff1d(frames, frames[FIRST[row.seed] :: EVERY])
+    return row.picks == seen[evenly(len(seen), row.k)].tolist()
+
+
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
     table = rows.groupby(["k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
     table = table.unstack("method")
     methods = [m for m in METHODS[1:] if m in set(rows["method"])]
     each = rows.groupby("video").first()
-    frames = "; ".join(f"{v}: {r.frames} frames, {r.blurred} blurred" for v, r in each.iterrows())
+    frames = ", ".join(f"{v} {r.frames} ({r.blurred})" for v, r in each.iterrows())
     seeds = counted(rows["seed"].nunique(), "seed")
     head = {"side": SIDE, "every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+    own = rows[rows["method"] == FSEL]
+    head |= {"even": sum(is_even(row) for row in own.itertuples()), "runs": len(own)}
     text = HEAD.format(**head, frames=frames)
     for k, part in table.groupby(level="k"):
         part = part.droplevel("k")
