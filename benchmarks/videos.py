@@ -2,18 +2,20 @@
 
     make videos
 
-All sampled frames of the videos in `FSEL_VIDEOS` are placed once; one in eight is held out before
-anything is picked. Uniform in time (as `ffmpeg` and `ns-process-data` take), the sharpest of each
-interval (`best_n`), `thumbnail`, and what `fsel select -k` keeps are trained by `gaussians`. Rows
-that are there are kept.
+The frames that `fsel select -k 40` samples of the videos in `FSEL_VIDEOS` are placed once; one in
+eight is held out before anything is picked, another one with each seed. Uniform in time (as
+`ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), `thumbnail`, and
+what `fsel select -k` keeps are trained by `gaussians`. Rows that are there are kept.
 """
 
 import argparse
 import json
 import os
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,20 +24,26 @@ from captures_unknown import EVERY, kept_by, scored
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import Opening, opened
 from fsel.captures.quality.examination import examined
+from fsel.core.subsets import evenly
+from fsel.core.wording import counted
 from fsel.selection.halving import halving_of
 from fsel.selection.request import SelectionRequest, checked_request
 from fsel.selection.select import select_frames
 
 HOME = Path(os.environ.get("FSEL_VIDEOS", "../shared/videos"))
 PAGE = Path(__file__).parents[1] / "docs/results/videos.md"
-SIDE, FIRST = 128, 3  # pixels of the longer side; the first frame held out
+SIDE, WANTED = 128, 40  # pixels of the longer side; picks that enough frames are sampled for
+FIRST = (3, 7, 1, 5)  # frame held out, by the seed
+LEAST_SPARE = 8  # frames that are neither held out nor picked
 UNIFORM, FSEL, OTHERS = "uniform", "fsel", ("best_n", "thumbnail")
-SCORES = ("all", "sharp", "worst tenth")
+METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians, {side} pixels
 
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
-held-out frames / the sharp ones / the worst tenth of each selection. Mean of {seeds}.
+held-out frames / the sharp ones / the worst tenth of each selection. {seeds}, each with other
+frames held out and one fit; mean ± its standard error over the videos. In {even} of {runs} runs
+`fsel` kept uniform sampling, by number instead of time: chance alone. Frames (blurred): {frames}.
 
 """
 
@@ -64,56 +72,78 @@ def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.
 
 def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
     """Write the rows of a video that are not there yet."""
-    cells = product(asked.seeds, asked.budgets, (UNIFORM, FSEL, *OTHERS))
+    cells = product(asked.seeds, asked.budgets, asked.methods)
     cells = [cell for cell in cells if (video.stem, *cell) not in known]
     if not cells:
         return
-    lazy = opened(Opening((video,)), long_side=SIDE)
+    lazy = opened(Opening((video,), wanted=WANTED), long_side=SIDE)
     names, count = lazy.capture.names, len(lazy.capture)
     times = {shot["name"]: shot["seconds"] for shot in lazy.found["video"]}
     seconds = np.array([times[name] for name in names])
-    held = np.arange(FIRST, count, EVERY)
-    seen = np.setdiff1d(np.arange(count), held)
-    sharp = ~np.isin(held, examined(lazy).of_kind("blurred"))
-    loaded, part = lazy.loaded(np.arange(count)), lazy.part(seen)
+    blurred, loaded = examined(lazy).of_kind("blurred"), lazy.loaded(np.arange(count))
     for seed, k, method in cells:
-        frames = np.sort(seen[picks_of(method, part, seconds[seen], min(k, len(seen) - 8))])
+        held = np.arange(FIRST[seed], count, EVERY)
+        seen = np.setdiff1d(np.arange(count), held)
+        if k > len(seen) - LEAST_SPARE:
+            continue
+        frames = np.sort(seen[picks_of(method, lazy.part(seen), seconds[seen], k)])
         psnr = scored(loaded, "gaussians", seed, frames, held, SIDE)[:, 0]
         row = {"video": video.stem, "seed": seed, "k": k, "method": method, "frames": count}
-        row |= {"picks": frames.tolist(), "psnr": psnr.round(3).tolist(), "sharp": sharp.tolist()}
+        row |= {"picks": frames.tolist(), "psnr": psnr.round(3).tolist()}
+        row |= {"sharp": (~np.isin(held, blurred)).tolist(), "blurred": len(blurred)}
         with asked.rows.open("a") as file:
             print(json.dumps(row), file=file, flush=True)
 
 
+def scores_of(rows: pd.DataFrame) -> pd.Series:
+    """The scores, dB, of a method's rows, over the frames held out with all seeds."""
+    psnr, sharp = (np.concatenate(rows[name].to_list()) for name in ("psnr", "sharp"))
+    worst = np.sort(psnr)[: max(1, len(psnr) // 10)]
+    parts = (psnr, psnr[sharp.astype(bool)] if any(sharp) else psnr, worst)
+    return pd.Series(dict(zip(SCORES, (part.mean() for part in parts), strict=True)))
+
+
+def is_even(row: Any) -> bool:
+    """Return whether a row's picks are evenly spaced among the frames not held out."""
+    frames = np.arange(row.frames)
+    seen = np.setdiff1d(frames, frames[FIRST[row.seed] :: EVERY])
+    return row.picks == seen[evenly(len(seen), row.k)].tolist()
+
+
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
-    worst = [np.sort(one)[: max(1, len(one) // 10)].mean() for one in rows["psnr"]]
-    sharp = [
-        np.mean(np.array(p)[s] if any(s) else p)
-        for p, s in zip(rows["psnr"], rows["sharp"], strict=True)
-    ]
-    rows = rows.assign(**dict(zip(SCORES, (rows["psnr"].map(np.mean), sharp, worst), strict=True)))
-    table = rows.groupby(["k", "video", "method"])[list(SCORES)].mean().unstack("method")
-    seeds = f"{rows['seed'].nunique()} seed" + "s" * (rows["seed"].nunique() > 1)
+    table = rows.groupby(["k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
+    table = table.unstack("method")
+    methods = [m for m in METHODS[1:] if m in set(rows["method"])]
+    each = rows.groupby("video").first()
+    frames = ", ".join(f"{v} {r.frames} ({r.blurred})" for v, r in each.iterrows())
+    seeds = counted(rows["seed"].nunique(), "seed")
     head = {"side": SIDE, "every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-    text, methods = HEAD.format(**head), (FSEL, *OTHERS)
+    own = rows[rows["method"] == FSEL]
+    head |= {"even": sum(is_even(row) for row in own.itertuples()), "runs": len(own)}
+    text = HEAD.format(**head, frames=frames)
     for k, part in table.groupby(level="k"):
-        part = part.droplevel("k").dropna()
+        part = part.droplevel("k")
         gains = {m: np.array([part[s][m] - part[s][UNIFORM] for s in SCORES]).T for m in methods}
         text += f"## K = {k}\n\n| video | uniform | {' | '.join(f'`{m}`' for m in methods)} |\n"
-        text += "|---" * 5 + "|\n"
+        text += "|---" * (2 + len(methods)) + "|\n"
         for at, video in enumerate(part.index):
             own = " / ".join(f"{part[s][UNIFORM].iloc[at]:.1f}" for s in SCORES)
             text += f"| {video} | {own} | {' | '.join(_cell(gains[m][at]) for m in methods)} |\n"
-        for name, of in (("mean", np.mean), ("worst", np.min)):
-            cells = [_cell(of(gains[m], axis=0)) for m in methods]
-            text += f"| {name} | | {' | '.join(cells)} |\n"
-        text += "\n"
+        means = [
+            _cell(gains[m].mean(0), gains[m].std(0) / max(len(part) - 1, 1) ** 0.5) for m in methods
+        ]
+        text += f"| mean | | {' | '.join(means)} |\n"
+        text += f"| worst | | {' | '.join(_cell(gains[m].min(0)) for m in methods)} |\n\n"
     return text.rstrip() + "\n"
 
 
-def _cell(gains: np.ndarray) -> str:
-    return " / ".join(f"{gain:+.2f}" for gain in gains)
+def _cell(gains: np.ndarray, errors: Sequence[float] = ()) -> str:
+    """Return dB with their errors, a dash where not every video was measured."""
+    if np.isnan(gains).any():
+        return "–"
+    off = [f" ± {error:.2f}" for error in errors] or [""] * len(gains)
+    return " / ".join(f"{gain:+.2f}{more}" for gain, more in zip(gains, off, strict=True))
 
 
 if __name__ == "__main__":
@@ -122,6 +152,7 @@ if __name__ == "__main__":
     parser.add_argument("videos", nargs="*", type=Path, default=found)
     parser.add_argument("--rows", type=Path, default=Path("results/videos.jsonl"))
     parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
+    parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)

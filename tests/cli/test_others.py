@@ -40,7 +40,8 @@ def test_long_loops_show_their_progress(terminal, delay, quiet, shown, monkeypat
     ours = Console(quiet=quiet, as_json=False)
     steps = ours.bar("images")((i for i in range(30)), 30)
     assert [time.sleep(0.01) or i for i in steps] == list(range(30))
-    assert ("images" in capsys.readouterr().err) == shown
+    assert ("images" in (said := capsys.readouterr().err)) == shown
+    assert ("less than a minute left" in said) == (shown and not terminal)
     with ours.steps("fitting") as advance:
         time.sleep(0.2)
         advance(3, 4, 0.5)

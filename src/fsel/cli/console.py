@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.reporter import Reporter
 from fsel.core.files import json_text
-from fsel.core.wording import counted
+from fsel.core.wording import counted, in_minutes
 
 STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
@@ -109,11 +109,13 @@ class _Report:
 
     def __init__(self, label: str) -> None:
         self.label, self.said = label, time.monotonic()
+        self.began = self.said
 
     def __call__(self, made: int, count: int) -> None:
-        if time.monotonic() - self.said >= EVERY:
-            self.said = time.monotonic()
-            print(f"fsel: {self.label}: {made} of {count}", file=sys.stderr, flush=True)
+        if (now := time.monotonic()) - self.said >= EVERY:
+            self.said, left = now, in_minutes((now - self.began) * (count - made) / made)
+            said = f"fsel: {self.label}: {made} of {count}, {left} left"
+            print(said, file=sys.stderr, flush=True)
 
     def loop(self, items: Iterable, count: int) -> Iterator:
         """Yield the items of a loop."""

@@ -216,8 +216,7 @@ def add_checking(command: argparse.ArgumentParser) -> None:
 
 def add_keeping(command: argparse._ActionsContainer) -> None:
     text = (
-        "skip the search for bad frames (blurred, misplaced, badly exposed, covered) and allow "
-        "them as picks"
+        "skip the search for bad frames (blurred, misplaced, badly exposed) and allow them as picks"
     )
     command.add_argument("--keep-bad", action="store_true", help=text)
 

@@ -11,6 +11,12 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
+def in_minutes(seconds: float) -> str:
+    """Return a time as a person says it."""
+    minutes = seconds / 60
+    return f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"
+
+
 def listed(names: Sequence[str]) -> str:
     """Return the first names: `a, b, c, ...`."""
     return ", ".join([*names[:3], *(["..."] if len(names) > 3 else [])])

@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsel.captures.quality.findings import MISPLACED
-from fsel.core.geometry import pairwise_angles, pairwise_distances
 from fsel.core.subsets import evenly
 from fsel.selection.outcome import Outcome
-from fsel.selection.scene_depth import viewing_distance
+from fsel.selection.scene_depth import image_shift, viewing_distance
 from fsel.selection.targets import ALL
 
 WIDE = 3.0  # times the usual gap, from which the output warns
@@ -48,10 +47,7 @@ def gap_of(outcome: Outcome) -> Gap | None:
     if outcome.health is not None:
         frames = np.setdiff1d(frames, outcome.health.of_kind(MISPLACED))
     depth = float(np.median(viewing_distance(capture.views, capture.points)))
-    apart = pairwise_distances(capture.centers[picks], capture.centers[frames])
-    turn = pairwise_angles(capture.axes[picks], capture.axes[frames])
-    parallax = apart / depth if depth > 0 else 0 * apart
-    shift = np.hypot(parallax, turn) / (2 * float(np.median(capture.views.half_fov)))
+    shift = image_shift(capture.view(picks), capture.view(frames), depth)
     around, nearest = np.zeros(len(picks)), shift.min(axis=0)
     np.maximum.at(around, shift.argmin(axis=0), nearest)
     at = int(np.argmax(nearest))

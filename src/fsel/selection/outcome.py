@@ -125,10 +125,12 @@ class Outcome:
 
     @cached_property
     def shift(self) -> np.ndarray:
-        """(k, T) how far the image moves from each pick to each view, see `image_shift`."""
+        """(k, T) how far the image moves from each pick to each view, see `image_shift`; at most 1,
+        where nothing is left in view."""
         whole, picks = self.targets.kind == ALL, self.capture.view(self.selection.indices)
         views = self.capture.view(self.served) if whole else self.targets.views
-        return image_shift(picks, views, float(np.median(viewing_distance(picks, self.seen))))
+        depth = float(np.median(viewing_distance(picks, self.seen)))
+        return np.minimum(image_shift(picks, views, depth), 1.0)
 
     @cached_property
     def mean_shift(self) -> np.ndarray:

@@ -31,14 +31,14 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
 
 
 def image_shift(frames: Views, views: Views, depth: float) -> np.ndarray:
-    """(n, T) parallax and turn between n frames and T views, in fields of view; 1 at most.
+    """(n, T) parallax and turn between n frames and T views, in fields of view.
 
     Parallax is the distance of the cameras over the depth of the scene.
     """
     apart = pairwise_distances(frames.centers, views.centers)
     parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
     turn = pairwise_angles(frames.axes, views.axes)
-    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
+    return np.hypot(parallax, turn) / (2 * views.half_fov)
 
 
 def scene_distances(capture: Capture, frames: np.ndarray) -> np.ndarray:

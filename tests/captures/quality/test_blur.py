@@ -36,7 +36,7 @@ def test_frames_show_the_same_by_their_grey_levels_which_blur_leaves():
     grey = np.array([wall, 1.2 * cv2.blur(wall, (3, 3)), curtain, 0 * wall], np.float32)
     color = np.repeat(grey[:, None], 3, axis=1)
     nothing = np.zeros((4, GRID, GRID), np.float32)
-    cells = Cells(nothing[:, None], nothing, color, np.zeros(4))
+    cells = Cells(nothing[:, None], nothing, color)
     assert photometry.same_content(cells, NEAR).tolist() == [
         [True, False, False],
         [True, False, False],
@@ -60,9 +60,7 @@ def seen(frames=10, points=60, seed=0):
 def judged(energy, variance, cell, point, frame):
     shape = (len(energy), -1, GRID, GRID)
     color = np.zeros((len(energy), 3, GRID, GRID), np.float32)
-    cells = Cells(
-        energy.reshape(shape), variance.reshape(shape)[:, 0], color, np.zeros(len(energy))
-    )
+    cells = Cells(energy.reshape(shape), variance.reshape(shape)[:, 0], color)
     return photometry.blur_at_points(cells, cell, point, frame)
 
 

@@ -1,12 +1,9 @@
-"""Which bad frames are left out, and what is covered."""
+"""Which bad frames are left out, and what findings say."""
 
 import numpy as np
-import pytest
 
-from fsel.captures.quality import photometry
 from fsel.captures.quality.findings import (
     BLURRED,
-    COVERED,
     DUPLICATE,
     EXPOSED,
     MISPLACED,
@@ -67,27 +64,8 @@ def test_a_part_numbers_its_frames_anew():
 
 
 def test_a_finding_says_how_much_and_what_is_allowed():
-    one, two = exceeding(COVERED, np.array([0.2, 0.75, np.nan, 0.9]), 0.5, "of its points hidden")
-    assert str(one) == "covered: 0.75 of its points hidden, at most 0.5"
+    one, two = exceeding(BLURRED, np.array([0.2, 0.75, np.nan, 0.9]), 0.5, "times less detail")
+    assert str(one) == "blurred: 0.75 times less detail, at most 0.5"
     assert (two.frame, two.severity) == (3, 1.8)
     assert "at least 2" in str(found(d1=0.5)[0])
     assert Finding(0, "unreadable", 1.0, 0.0, "image").severity == float("inf")
-
-
-def test_what_hides_a_middle_has_other_colors_and_no_points():
-    rng = np.random.default_rng(0)
-    expected, observed = rng.uniform(20, 200, (30, 3)), np.zeros(30, bool)
-    assert (
-        photometry.hidden_share(expected * [0.5, 0.6, 0.7], expected, observed) == 0
-    )  # blurred, or far off
-    other = rng.uniform(90, 110, (30, 3))
-    observed[:6] = True
-    for cover in (other, np.full((30, 3), 100.0)):
-        assert photometry.hidden_share(cover, expected, observed) == pytest.approx(0.8)
-        assert photometry.hidden_share(cover, expected, observed, 18) == pytest.approx(0.5)
-    other[:10] = 0  # unknown
-    assert photometry.hidden_share(other, expected, observed) == 1
-    other[:11] = 0
-    assert np.isnan(photometry.hidden_share(other, expected, observed))
-    pixels = np.array([[32, 24], [17, 13], [15, 24], [32, 37]])
-    assert photometry.in_the_middle(pixels, (64, 48)).tolist() == [True, True, False, False]

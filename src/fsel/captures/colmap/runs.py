@@ -21,7 +21,7 @@ from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
 from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.core.limits import threads
-from fsel.core.wording import counted
+from fsel.core.wording import counted, in_minutes
 
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 SEED = 0
@@ -30,13 +30,12 @@ EXHAUSTIVE = 60  # images up to which all pairs of a set without order are match
 FEW = 40  # and of a video: sequential matching saves nothing below
 LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
 DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
-IMAGES, PAIRS = 8, 300  # in a part: what is lost when a run is cut off
-TIMED = 30  # pairs, after which the time that is left is estimated anew
+IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off, and what time is told by
 FRAME_SECONDS = 0.2, 1.0  # of a core, to find features: fixed, and for a megapixel
 PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
-FILMED_SECONDS = 0.4, 0.03  # all of that for a frame of a video, and a pair
-MAPPED_AS = 6  # pairs that take as long to match as a frame to be placed
+FILMED_SECONDS = 0.6, 0.05  # all of that for a frame of a video, and a pair
+MAPPED_AS = 10  # pairs that take as long to match as a frame to be placed
 PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
@@ -211,8 +210,7 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     chosen = [(i, j) for i, j in chosen if not known.issuperset((names[i], names[j]))]
     chosen.sort(key=lambda pair: (pair[1] - pair[0], pair))
-    batches = [*_batches(chosen[:TIMED], TIMED), *_batches(chosen[TIMED:], PAIRS)]
-    began = time.monotonic()
+    batches, began = _batches(chosen, PAIRS), time.monotonic()
     for at, part in enumerate(work.watch("matching")(batches, len(batches))):
         if work.time.left <= 0:
             return
@@ -221,8 +219,8 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
             features.match(database, named)  # what is matched is verified below
         match_pairs(database, named)
         if not at and len(batches) > 1:
-            each = (time.monotonic() - began) / TIMED
-            left = each * (len(chosen) - TIMED + MAPPED_AS * len(names))
+            each = (time.monotonic() - began) / PAIRS
+            left = each * (len(chosen) - PAIRS + MAPPED_AS * len(names))
             work.say("plan", f"{in_minutes(left)} left")
     done.write_text("\n".join(names), encoding="utf-8")
 
@@ -277,9 +275,3 @@ def plan(frames: int, pixels: int, *, ordered: bool, cores: int) -> str:
         one, pair = one + MAPPING_SECONDS * kept, PAIR_SECONDS[0] + PAIR_SECONDS[1] * kept
     about = in_minutes((frames * one + matched * pair) / cores)
     return f"{counted(frames, 'frame')}, {matched:,} pairs: {about} on {counted(cores, 'core')}"
-
-
-def in_minutes(seconds: float) -> str:
-    """Return a time as a person says it."""
-    minutes = seconds / 60
-    return f"about {counted(round(minutes), 'minute')}" if minutes >= 1 else "less than a minute"

@@ -41,7 +41,6 @@ class Cells:
     energy: np.ndarray  # (N, 4, GRID, GRID) float32, in four directions
     variance: np.ndarray  # (N, GRID, GRID) float32
     color: np.ndarray  # (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped
-    clipped: np.ndarray  # (N,) share of the pixels that are clipped to white
 
     @classmethod
     def of(cls, images: Sequence[tuple]) -> Cells:
@@ -54,8 +53,8 @@ class Cells:
         return place[:, 1] * GRID + place[:, 0]
 
 
-def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Energy, variance, colour and clipped share of an (h, w, 3) uint8 RGB image, see `Cells`."""
+def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Energy, variance and colour of an (h, w, 3) uint8 RGB image, see `Cells`."""
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
     red, green, blue = cv2.split(image)  # NumPy's maximum over them takes ten times as long
     white = cv2.max(cv2.max(red, green), blue) >= BRIGHT
@@ -80,7 +79,7 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
     level = noise.mean() / GAIN
     shows = known & (variance > max(LEAST_VARIANCE, CONTRAST * level))
     energy = (energy - noise[:, None, None]) * shows
-    return _padded(energy), _padded((variance - level) * shows), _padded(color), float(white.mean())
+    return _padded(energy), _padded((variance - level) * shows), _padded(color)
 
 
 def sharpness(cells: Cells) -> np.ndarray:

@@ -13,7 +13,7 @@ from fsel.captures.images.previews import MOST_SHOWN, Progress, in_silence, in_t
 from fsel.captures.lazy import LazyCapture, open_capture
 from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
 from fsel.captures.quality import findings, photometry, poses
-from fsel.captures.quality.cells import GRID, SIDE, Cells, measured, sharpness
+from fsel.captures.quality.cells import SIDE, Cells, measured, sharpness
 from fsel.captures.quality.findings import Finding, Health, exceeding
 from fsel.captures.quality.photometry import STILL, movements
 from fsel.core.geometry import pose_distance
@@ -24,7 +24,6 @@ NEAR = 4  # frames closest to each by pose
 BLOCK = 1000  # frames whose distances from all others are in memory at once
 THUMBNAIL = 96  # pixels of the longer side of images that are compared as wholes
 MOST_POINTS = 200  # of each frame, those in the longest tracks, that colors are compared at
-BURNT = 0.3  # share of the pixels clipped to white above that of the frames beside
 PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
 OFF_PATH = "times the distance allowed from a smooth path"
 TURNED = "degrees turned since the previous frame"
@@ -57,7 +56,7 @@ def examined(
         cells, small, sides, made = zip(*seen, strict=True)
         pictures = {at: one for at, one in enumerate(made) if one}
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
-        found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
+        found += [*pictured.blurred(), *pictured.exposed()]
         unreadable = (np.array(sides) == 1) * 1.0
         found += exceeding(findings.UNREADABLE, unreadable, 0.0, "image that no decoder reads")
         found += _duplicates(small)
@@ -176,15 +175,10 @@ class _Pictured:
         """Args: the capture; cells of its images; (N,) the longer sides that they were of."""
         self.placed, self.cells = placed, cells
         cameras = placed.opened.raw.cameras
-        self._scale = sides / [max(camera.width, camera.height) for camera in cameras]
-        self.points = points = _longest(placed.points, placed.rows)
-        self.rows = grouped_rows(points.track_frame, len(sides))
-        cell = cells.at(points.track_xy, self._scale[points.track_frame])
+        scale = sides / [max(camera.width, camera.height) for camera in cameras]
+        points = _longest(placed.points, placed.rows)
+        cell = cells.at(points.track_xy, scale[points.track_frame])
         self._tracks = cells, cell, points.track_point, points.track_frame
-        if len(points.track_frame):
-            self.gains, self.colors = photometry.gains_at_points(*self._tracks)
-        else:
-            self.gains, self.colors = photometry.gains_beside(cells, placed.near), np.empty((0, 3))
 
     def blurred(self) -> list[Finding]:
         """Return frames with less detail than what shows the same, by two references."""
@@ -200,39 +194,13 @@ class _Pictured:
         return found
 
     def exposed(self) -> list[Finding]:
-        """Frames that are too bright, too dark or of another tint than the others, or burnt out."""
-        times, most, tint, tinted = photometry.unusual_gains(self.gains)
-        clipped = self.cells.clipped
-        usual = np.median(clipped[self.placed.near], axis=1) + BURNT
-        return [
-            *exceeding(findings.EXPOSED, times, most, "times brighter or darker than the capture"),
-            *exceeding(findings.TINTED, tint, tinted, "times a channel's usual strength"),
-            *exceeding(findings.BURNT, clipped, usual, "of the image clipped to white"),
-        ]
-
-    def covered(self, others: list[Finding]) -> list[Finding]:
-        """Return frames whose middle is hidden, but those that are known to be misplaced."""
-        share = np.array([self._hidden(frame) for frame in range(len(self.rows))])
-        share[[one.frame for one in others]] = np.nan
-        what = "of the points expected in its middle hidden"
-        return exceeding(findings.COVERED, share, photometry.HIDDEN, what)
-
-    def _hidden(self, frame: int) -> float:
-        """Share of the points that two frames beside one see and that are hidden in its middle."""
-        raw, points = self.placed.opened.raw, self.points
-        beside = [points.track_point[self.rows[near]] for near in self.placed.near[frame]]
-        expected, times = np.unique(np.concatenate(beside), return_counts=True)
-        expected = expected[times > 1]
-        ahead, pixels = raw.projected(frame, points.xyz[expected])
-        size = raw.cameras[frame].width, raw.cameras[frame].height
-        inside = photometry.in_the_middle(pixels, size)
-        expected, pixels = expected[ahead[inside]], pixels[inside]
-        cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
-        color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
-        observed = np.isin(expected, points.track_point[self.rows[frame]])
-        own = self.placed.points.track_xy[self.placed.rows[frame]]
-        others = max(photometry.in_the_middle(own, size).sum() - observed.sum(), 0)
-        return photometry.hidden_share(color, np.exp(self.colors[expected]), observed, others)
+        """Frames that are too bright or too dark beside the others."""
+        if len(self._tracks[3]):
+            gains = photometry.gains_at_points(*self._tracks)
+        else:
+            gains = photometry.gains_beside(self.cells, self.placed.near)
+        what = "times brighter or darker than the capture"
+        return exceeding(findings.EXPOSED, *photometry.unusual_gains(gains), what)
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:

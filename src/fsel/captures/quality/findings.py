@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-BLURRED, MISPLACED, EXPOSED, TINTED = "blurred", "misplaced", "exposure", "white balance"
-BURNT, COVERED, DUPLICATE, UNREADABLE = "burnt out", "covered", "duplicate", "unreadable"
+BLURRED, MISPLACED, EXPOSED = "blurred", "misplaced", "exposure"
+DUPLICATE, UNREADABLE = "duplicate", "unreadable"
 ALONE = "no other frame shows half of its content"
 
 

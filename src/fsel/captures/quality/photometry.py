@@ -1,4 +1,4 @@
-"""Faults that a frame's pixels show: blur, exposure, something in the way, no movement."""
+"""Faults that a frame's pixels show: blur, exposure, no movement."""
 
 from __future__ import annotations
 
@@ -7,20 +7,15 @@ import numpy as np
 from fsel.captures.quality.cells import GRID, LEAST_CELLS, Cells
 from fsel.core.points import quantile_of
 
-BESIDE = 2.5  # times less detail than the frames beside it show: 2 to 3 pixels of motion of 480
+BESIDE = 4.0  # times less detail than the frames beside it show: at 2.5, gaps cost more than blur
 AT_POINTS = 6.0  # times less than its points' neighbourhoods show in the sharpest tenth
 SAME = 0.5  # correlation of the grey levels of two frames that show the same, at least
 SHARP = 0.9  # quantile of the detail that sharp frames show
 LEAST_TRACK = 4  # frames that see a point whose detail is compared
 LEAST_POINTS = 20  # of a frame that is compared by them
 BRIGHTER = np.log(1.4)  # gain over the capture's middle one that is usual, at most
-TINT = np.log(1.2)  # difference of a channel's gain from the mean of the three
-SPREAD = 4.0  # times what is usual in the capture that both may be
+SPREAD = 4.0  # times what is usual in the capture that it may be
 ROUNDS = 4  # of the points' colors by the frames' gains, and the other way round
-MIDDLE = 0.5  # of the width and the height
-HIDDEN = 0.9  # share of the points expected there that are hidden, at most
-ALIKE = 0.3  # correlation with the colors expected there, from which nothing covers them
-LEAST_EXPECTED = 20  # points in the middle of a frame that is judged
 STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 
 
@@ -80,16 +75,16 @@ def blur_at_points(
 
 def gains_at_points(
     cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Return the gain of each frame's channels over the other frames that see the same points.
 
     The logarithm of a color is a point's plus a frame's, fitted by medians in turn (Tukey's median
     polish, 1977). Arguments are those of `blur_at_points`.
 
     Returns:
-        (N, 3) natural logarithm of the gains, and (M, 3) of the points' colors; NaN where unknown.
+        (N, 3) natural logarithm of the gains; NaN where unknown.
     """
-    count, gains, colors = len(cells.clipped), [], []
+    count, gains = len(cells.color), []
     for values in cells.color.reshape(count, 3, GRID * GRID).transpose(1, 0, 2):
         color = values[frame, cell]
         use = color > 0
@@ -99,8 +94,7 @@ def gains_at_points(
             true = quantile_of(log - gain[of], rows, point.max(initial=-1) + 1, 0.5)
             gain = quantile_of(log - true[rows], of, count, 0.5)
         gains.append(gain)
-        colors.append(true)
-    return np.array(gains).T, np.array(colors).T
+    return np.array(gains).T
 
 
 def gains_beside(cells: Cells, near: np.ndarray) -> np.ndarray:
@@ -111,38 +105,14 @@ def gains_beside(cells: Cells, near: np.ndarray) -> np.ndarray:
     return (color - np.ma.median(color[near], axis=1)).filled(np.nan)
 
 
-def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
-    """(N,) factors by which (N, 3) log gains are too bright or dark, the limit; also of tint."""
+def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float]:
+    """(N,) factors by which (N, 3) log gains are too bright or dark, and the limit."""
     known = np.isfinite(gains).all(axis=1)
     if not known.any():
-        return np.full(len(gains), np.nan), 1.0, np.full(len(gains), np.nan), 1.0
-    gains = gains - np.median(gains[known], axis=0)
-    whole = gains.mean(axis=1)
-    brightness, tint = np.abs(whole), np.abs(gains - whole[:, None]).max(axis=1)
-    brighter = max(BRIGHTER, SPREAD * float(np.median(brightness[known])))
-    tinted = max(TINT, SPREAD * float(np.median(tint[known])))
-    return np.exp(brightness), float(np.exp(brighter)), np.exp(tint), float(np.exp(tinted))
-
-
-def hidden_share(
-    color: np.ndarray, expected: np.ndarray, observed: np.ndarray, others: int = 0
-) -> float:
-    """Return the share of the points expected in a frame's middle that something hides, NaN for
-    few: those not (n,) `observed`, unless the (n, 3) colors there go with those expected, up to a
-    gain, as in blurred frames; `others` it shows there, and is not covered."""
-    known = (color > 0).all(axis=1) & np.isfinite(expected).all(axis=1)
-    if known.sum() < LEAST_EXPECTED:
-        return float("nan")
-    shown, usual = (np.log(colors[known]) for colors in (color, expected))
-    shown, usual = shown - shown.mean(axis=0), usual - usual.mean(axis=0)
-    alike = (shown * usual).sum() > ALIKE * np.linalg.norm(shown) * np.linalg.norm(usual)
-    return 0.0 if alike else float((~observed[known]).sum() / (known.sum() + others))
-
-
-def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Return (n,) bool, which of (n, 2) pixels lie in the middle of an image of (width, height)."""
-    half = np.array(size) / 2
-    return np.all(np.abs(pixels - half) < MIDDLE * half, axis=1)
+        return np.full(len(gains), np.nan), 1.0
+    brightness = np.abs((gains - np.median(gains[known], axis=0)).mean(axis=1))
+    limit = max(BRIGHTER, SPREAD * float(np.median(brightness[known])))
+    return np.exp(brightness), float(np.exp(limit))
 
 
 def duplicates(thumbnails: np.ndarray) -> np.ndarray:
