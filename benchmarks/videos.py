@@ -43,7 +43,7 @@ HEAD = """# Real videos, trained Gaussians, {side} pixels
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
 held-out frames / the sharp ones / the worst tenth of each selection. {seeds}, each with other
 frames held out and one fit; mean ± its standard error over the videos. In {even} of {runs} runs
-`fsel` kept uniform sampling, by number instead of time: chance alone. Frames (blurred): {frames}.
+`fsel` kept uniform sampling, by number instead of time. Frames (blurred): {frames}.
 
 """
 
