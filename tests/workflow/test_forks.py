@@ -14,7 +14,11 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="jobs are forked
 @pytest.fixture
 def run(tmp_path, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    monkeypatch.setattr(forks.script, "PythonScript", forks.script.PythonScript)
+    for module, name in (
+        (forks.script, "PythonScript"),
+        (forks.benchmark, "BENCHMARK_INTERVAL_SHORT"),
+    ):
+        monkeypatch.setattr(module, name, getattr(module, name))
     forks.fork_jobs(forks.MANY)
     assert os.environ["OMP_NUM_THREADS"] == "7"
 

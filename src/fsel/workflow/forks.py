@@ -16,8 +16,7 @@ import sys
 from multiprocessing import forkserver
 from pkgutil import iter_modules
 
-from snakemake import script
-from snakemake.benchmark import benchmarked
+from snakemake import benchmark, script
 
 import fsel.stages
 
@@ -27,6 +26,7 @@ PRELOADED = [
     *(f"fsel.stages.{module.name}" for module in iter_modules(fsel.stages.__path__)),
 ]
 MANY = 8
+LOOKS = 2.0  # seconds between looks at a job's memory, each of which takes tens of milliseconds
 ONE_THREAD = dict.fromkeys(
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"], "1"
 )
@@ -49,7 +49,7 @@ class ForkedScript(script.PythonScript):
         process = context.Process(target=_run, args=(fname, self.resources.get("tmpdir")))
         process.daemon = True
         process.start()
-        with benchmarked(process.pid, self.bench_record):
+        with benchmark.benchmarked(process.pid, self.bench_record):
             process.join()
         if process.exitcode:
             raise subprocess.CalledProcessError(process.exitcode, [sys.executable, fname])
@@ -73,4 +73,4 @@ def fork_jobs(jobs: int) -> None:
     forkserver.ensure_running()
     os.environ.clear()
     os.environ.update(before)
-    script.PythonScript = ForkedScript
+    script.PythonScript, benchmark.BENCHMARK_INTERVAL_SHORT = ForkedScript, LOOKS
