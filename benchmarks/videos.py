@@ -4,8 +4,8 @@
 
 The frames that `fsel select -k 40` samples of the videos in `FSEL_VIDEOS` are placed once; one in
 eight is held out before anything is picked, another one with each seed. Uniform in time (as
-`ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), `thumbnail`, and
-what `fsel select -k` keeps are trained by `gaussians`. Rows that are there are kept.
+`ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), what other tools
+pick, and what `fsel select -k` keeps are trained by `gaussians`. Rows that are there are kept.
 """
 
 import argparse
@@ -35,7 +35,8 @@ PAGE = Path(__file__).parents[1] / "docs/results/videos.md"
 SIDE, WANTED = 128, 40  # pixels of the longer side; picks that enough frames are sampled for
 FIRST = (3, 7, 1, 5)  # frame held out, by the seed
 LEAST_SPARE = 8  # frames that are neither held out nor picked
-UNIFORM, FSEL, OTHERS = "uniform", "fsel", ("best_n", "thumbnail")
+UNIFORM, FSEL = "uniform", "fsel"
+OTHERS = ("best_n", "thumbnail", "alicevision", "lichtfeld")
 METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians, {side} pixels
 
