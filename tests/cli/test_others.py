@@ -157,8 +157,8 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
         assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
     table = (out / "compare.txt").read_text().splitlines()
     assert table[0].split()[:5] == ["k", "method", "PSNR", "SSIM", "GMSD"]
-    command, psnr = ["fsel", "select", "--targets"], f"{rows[4, 'fsel']['psnr']:.2f}"
-    assert table[1].split()[:5] == ["4", *command, psnr]
+    command = ["fsel", "select", "--targets", "--patience", "0"]
+    assert table[1].split()[:7] == ["4", *command, f"{rows[4, 'fsel']['psnr']:.2f}"]
     gap = rows[4, "fsel"]["psnr"] - rows[4, "random"]["psnr"]
     mean, low, _, high = re.sub("[()*]", "", table[2]).split()[-4:]
     assert float(mean) == pytest.approx(gap, abs=0.006)
@@ -172,7 +172,7 @@ def test_compare_picks_as_select_does_fewer_and_more_than_targets(capture, tmp_p
     assert run("compare", capture, *asked, *shown) == 0
     rows = json.loads((out / "compare.json").read_text())["rows"]
     for row in rows:
-        chosen = fsel.select(capture, row["k"], "every:3", keep_bad=True)
+        chosen = fsel.select(capture, row["k"], "every:3", keep_bad=True, patience=0)
         assert row["picks"] == [list(chosen.names)]
     assert not set(rows[0]["picks"][0]) <= set(rows[1]["picks"][0])  # not nested
 
@@ -185,7 +185,10 @@ def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_pa
     rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
     chosen = fsel.select(rest, 6, keep_bad=True)
     assert content["rows"][0]["picks"] == [list(chosen.names)]
-    assert "known to fsel select --targets, not to fsel select, uniform." in content["how"]
+    assert (
+        "known to fsel select --targets --patience 0, not to fsel select, uniform."
+        in content["how"]
+    )
 
 
 @pytest.mark.parametrize(

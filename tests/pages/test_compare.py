@@ -73,7 +73,7 @@ def test_a_browser_shows_every_rendering(width, out, tmp_path):
     seen = looked_at(out / "compare.html", width, MEASURE, tmp_path)
     content = json.loads((out / "compare.json").read_text())
     assert seen["sentences"] == [content["verdict"]]
-    methods = ["fsel select --targets", "uniform"]
+    methods = ["fsel select --targets --patience 0", "uniform"]
     rows = [[k, name] for k in ("4", "5") for name in methods]
     assert [cells[:2] for cells in seen["cells"]] == rows
     for cells, row in zip(seen["cells"], content["rows"], strict=True):

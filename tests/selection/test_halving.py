@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_captures import record_of, select
+from small_captures import record_of, run, select
 
 import fsel
 from fsel.core.limits import THREADS
@@ -174,7 +174,8 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
     rule = fsel.select(capture, 5, method="fsel")
     assert rule.tried is None
     assert fsel.select(capture, 5, patience=0).names == rule.names
-    assert fsel.select(capture, 5, "every:4").tried is None
+    assert fsel.select(capture, 5, "every:4", patience=0).tried is None
+    assert fsel.select(capture, 5, "orbit").tried is None
     assert fsel.select(capture, fsel.Auto(memory=7 * 32 * 32 * 24)).tried is not None
     assert set(fsel.select(capture, 5, always=[1, 2]).indices) >= {1, 2}
     for stated, said in (
@@ -201,11 +202,11 @@ def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     assert first.tried.fits == fits <= len(first.tried.trials) + 1
 
 
-def test_stated_targets_are_looked_at_where_that_is_asked_for(ring, tmp_path):
+def test_images_of_targets_that_are_frames_are_looked_at_by_default(ring, tmp_path):
     asked = ("--targets", "every:4", "-k", 5)
     assert select(ring, *asked, "-o", tmp_path / "rule") == 0
     assert record_of(tmp_path / "rule")["tried"] is None
-    assert select(ring, *asked, "--patience", "2s", "-o", tmp_path / "out") == 0
+    assert run("select", ring, *asked, "-o", tmp_path / "out") == 0
     tried = record_of(tmp_path / "out")["tried"]
     assert (tried["on_targets"], tried["selections"][0]["name"]) == (True, "fsel")
     assert tried["kept"] in {one["name"] for one in tried["selections"]}

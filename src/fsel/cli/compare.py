@@ -56,7 +56,10 @@ def _tried(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 TRIED = Method("tried", "Tried", "observed", nested=False, select=_tried)
-RUN = {TRIED.name: "fsel select", DEFAULT: "fsel select --targets"}  # what a person runs
+RUN = {
+    TRIED.name: "fsel select",
+    DEFAULT: "fsel select --targets --patience 0",
+}  # what a person runs
 
 
 def run(args: argparse.Namespace, console: Console) -> None:

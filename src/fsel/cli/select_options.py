@@ -77,9 +77,9 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     text = "scorer trained by the workflow, .safetensors or .json; it implies the method"
     group.add_argument("--weights", type=Path, metavar="FILE", help=text)
     text = (
-        "time to validate candidate selections on the capture's own frames (default: 10s with "
-        "only -k), or on the images of --targets that are frames (only if given); 0 uses the "
-        "rule alone"
+        "time to validate candidate selections on the capture's own frames, or on the images of "
+        "--targets that are frames (default: 10s with only -k or such targets); 0 uses the rule "
+        "alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
     for name, text in (("always", "to pick first"), ("never", "never to pick, despite --always")):

@@ -188,17 +188,17 @@ def _check_number(request: SelectionRequest, k: int | Auto, method: Method) -> N
 def _time_budget(checked: CheckedRequest) -> TimeBudget:
     """Return the time for validation; refuse one if there is nothing to validate."""
     request, stated = checked.request, checked.request.patience
+    shown = len(checked.targets.frames) >= LEAST_TARGETS
+    beside = _stated_beside(checked, but_targets=shown)
     if stated is None:
         named = not (request.method is None and request.weights is None)
-        usual = not (named or _stated_beside(checked)) and request.pictured
-        return TimeBudget() if usual else TimeBudget(0)
+        return TimeBudget(0) if named or beside or not request.pictured else TimeBudget()
     patience = stated if isinstance(stated, TimeBudget) else TimeBudget(stated)
     if not patience.seconds:
         return patience
     if not request.pictured:
         raise ValueError("--patience reconstructs from images, which --geometry-only does not read")
-    shown = len(checked.targets.frames) >= LEAST_TARGETS
-    if beside := _stated_beside(checked, but_targets=shown):
+    if beside:
         raise ValueError(
             f"patience is {patience.seconds:g} s, but {beside}; selections are validated only with "
             f"a number of frames alone, or with {LEAST_TARGETS} or more frames as targets. "
@@ -207,7 +207,7 @@ def _time_budget(checked: CheckedRequest) -> TimeBudget:
     return patience
 
 
-def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str:
+def _stated_beside(checked: CheckedRequest, *, but_targets: bool) -> str:
     """Name what is stated beside a number of frames, in words; empty where nothing is."""
     targets = checked.targets
     if checked.method.name != pretrained.DEFAULT:

@@ -21,7 +21,7 @@ from fsel.selection.export.subset import Form
 from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
-from fsel.selection.validation import LEAST_TARGETS, ValidationResult
+from fsel.selection.validation import ValidationResult
 from fsel.selectors.policies import ScoringMethod
 from fsel.selectors.pretrained import DEFAULT
 from fsel.selectors.scorer import Linear
@@ -193,8 +193,6 @@ def summary(outcome: Outcome) -> str:
             said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
         else:
             said = f"{usual} is kept: {_unreplaced(tried)}"
-    elif len(targets.frames) >= LEAST_TARGETS and outcome.method.name == DEFAULT:
-        said += " alone, which loses on some captures (--patience 10s tries others on these views)"
     bad = () if outcome.health is None else outcome.health.findings
     worst = {f.frame: f.kind for f in bad if f.kind != DUPLICATE and f.frame in targets.bad}
     kinds = Counter(worst.values())
