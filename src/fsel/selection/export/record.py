@@ -187,7 +187,7 @@ def summary(outcome: Outcome) -> str:
     if tried is not None:
         first = tried.trials[0]
         kept = next(trial for trial in tried.trials if trial.name == tried.kept)
-        usual = outcome.method.name if tried.on_targets else "uniform sampling"
+        usual = "the rule" if tried.on_targets else "uniform sampling"
         if kept is not first:
             shown = "these views" if tried.on_targets else "the capture's own frames"
             said = f"by {kept.name}, {kept.gain:.1f} dB better than {usual} on {shown}"
