@@ -4,6 +4,7 @@ import re
 import runpy
 import sys
 from ast import literal_eval
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
@@ -12,6 +13,8 @@ from PIL import Image
 from small_captures import write_ring
 
 from fsel.cli import main
+from fsel.reconstruct.gaussians.settings import QUALITIES
+from fsel.selection import halving
 from fsel.selectors.scorer import Network
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -99,16 +102,19 @@ def test_commands_in_the_docs_run(tmp_path, monkeypatch):
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
     # as few steps, pixels and frames as a test has time for
     shorter = {
-        "5000": "20",
-        "--long-side 256": "--long-side 48",
+        "-k 10,20,30": "-k 10,12 --reconstructor splats --long-side 48",
         "--video garden.mp4": "--video garden.mp4 --seconds 0.2 --long-side 96",
     }
+    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
+    monkeypatch.setattr(halving, "MOST_SHARES", 1)
+    small = replace(QUALITIES["draft"], long_side=48, gaussians=200, steps=3)
+    monkeypatch.setitem(QUALITIES, "draft", small)
     for given, small in shorter.items():
         lines = [line.replace(given, small) for line in lines]
     commands = [line for line in lines if line.startswith("fsel ")]
     every = "demo poses select info compare reconstruct render view"
     assert {command.split()[1] for command in commands} == set(every.split())
-    write_ring(tmp_path / "captures" / "garden", frames=60)
+    write_ring(tmp_path / "captures" / "garden", frames=40)
     # tests/cli/test_poses.py and test_train.py run those that take a minute
     words = ("walk.mp4", "mine.safetensors")
     slow = [c for c in commands if c.split()[1] in ("demo", "poses") or any(w in c for w in words)]

@@ -19,12 +19,10 @@ from pathlib import Path
 from llvmlite import binding
 
 ROOT = Path(__file__).resolve().parent.parent
-V3 = {"avx2", "bmi2", "f16c", "fma"}
-AVX512 = V3 | {"avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl"}
-# a processor that LLVM knows -> what a machine needs to run its code
+AVX512 = {"avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl"}
+# a processor that LLVM knows -> what a machine needs to run its code; all tests run as `haswell`
 KINDS = {
     "generic": set[str](),
-    "haswell": V3,
     "skylake-avx512": AVX512,
     "znver4": AVX512 | {"avx512bf16", "avx512vbmi2", "gfni", "sse4a", "vaes"},
 }

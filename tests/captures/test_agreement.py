@@ -158,9 +158,8 @@ def test_pairs_look_the_same_way_from_apart():
 
 
 @REAL
-@pytest.mark.parametrize("name", ["fox", "miku"])
-def test_real_images_tell_right_poses_from_wrong_ones(name):
-    raw = replace(in_order(read_raw(CAPTURES / name, "colmap")[1], name), points=None)
+def test_real_images_tell_right_poses_from_wrong_ones():
+    raw = replace(in_order(read_raw(CAPTURES / "fox", "colmap")[1], "fox"), points=None)
     found = measure(raw, 0.02)
     assert found.kind == "epipolar"
     assert found.count > 300

@@ -11,6 +11,7 @@ import pycolmap
 import pytest
 from layout_recordings import full
 from scipy.spatial.transform import Rotation
+from selection_problems import around
 from small_captures import opengl
 
 from fsel.captures.colmap import runs
@@ -79,7 +80,7 @@ def aligned_error(found, truth):
 
 
 def test_points_are_triangulated_onto_the_surfaces_the_same_again(tmp_path):
-    write_posed(tmp_path, poses())
+    write_posed(tmp_path, poses(6))
     assert read_capture(tmp_path, long_side=64).points is None
     points, again = (
         read_capture(tmp_path, long_side=64, points="triangulate").points for _ in range(2)
@@ -179,11 +180,10 @@ def test_a_model_of_other_images_is_refused(tmp_path):
         read_capture(tmp_path, poses="file")
 
 
-def test_neighbours_are_near_and_look_alike(tmp_path):
+def test_neighbours_are_near_and_look_alike():
     truth = poses(30)
     truth[15:] = np.array([np.diag([-1.0, 1, -1]) @ pose for pose in truth[15:]])
-    write_posed(tmp_path, truth)
-    pairs = neighbours(read_capture(tmp_path, long_side=16))
+    pairs = neighbours(around(truth, size=(8, 6)))
     assert all((i < 15) == (j < 15) for i, j in pairs)
     assert (0, 1) in pairs
     assert (0, 14) not in pairs

@@ -19,6 +19,7 @@ from fsel.cli import compare, console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.reconstruct.gaussians.settings import QUALITIES
+from fsel.selection import halving
 from fsel.selection.budget import shipped
 from fsel.selection.scene_depth import viewing_distance
 
@@ -177,11 +178,14 @@ def test_compare_picks_as_select_does_fewer_and_more_than_targets(capture, tmp_p
     assert not set(rows[0]["picks"][0]) <= set(rows[1]["picks"][0])  # not nested
 
 
-def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path):
+def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path, monkeypatch):
+    monkeypatch.setattr(halving, "MOST_SHARES", 1)  # as few fits as can be, and as short
+    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
     out, asked = tmp_path / "out", ["-k", 6, "--methods", "tried,fsel,uniform", "--keep-bad"]
-    assert run("compare", capture, *asked, "--reconstructor", "splats", "-o", out) == 0
+    by = ["--reconstructor", "splats", "--long-side", 48]
+    assert run("compare", capture, *asked, *by, "-o", out) == 0
     content = json.loads((out / "compare.json").read_text())
-    whole = fsel.read_capture(capture, long_side=192)
+    whole = fsel.read_capture(capture, long_side=48)
     rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
     chosen = fsel.select(rest, 6, keep_bad=True)
     assert content["rows"][0]["picks"] == [list(chosen.names)]

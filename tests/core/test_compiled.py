@@ -35,4 +35,4 @@ def test_of_two_processes_one_compiles_and_what_was_cut_is_compiled_anew(tmp_pat
         (stored,) = tmp_path.rglob(f"*_look*.{ending}")
         stored.write_bytes(stored.read_bytes()[:-9])
         assert said(tmp_path, 1) == ["1 1 True\n"]
-        assert said(tmp_path, 1) == ["0 0 True\n"]
+    assert said(tmp_path, 1) == ["0 0 True\n"]

@@ -6,8 +6,8 @@ from scipy import stats
 
 from fsel.evaluation.statistics import ahead_of_all, holm, of_places, of_places_and_seeds
 
-TRIALS = 2000
-BOUND = 0.07  # nominal 5 %, and three standard errors of the simulation are 1.5 %
+TRIALS = 1000
+BOUND = 0.07  # nominal 5 %, and three standard errors of the simulation are 2 %
 
 
 @pytest.mark.parametrize("n", [2, 5, 24])
@@ -27,8 +27,8 @@ def test_one_place_says_nothing_about_others_and_equal_values_have_no_width():
     assert of_places_and_seeds(np.full((3, 2), 1.5))[:4] == (1.5, 1.5, 1.5, 0.0)
 
 
-@pytest.mark.parametrize("places", [2, 4, 6, 12, 24])
-@pytest.mark.parametrize("deviations", [(1, 0, 1), (1, 0.3, 1), (1, 1, 0.5), (0.2, 1, 0.2)])
+@pytest.mark.parametrize("places", [2, 6, 24])
+@pytest.mark.parametrize("deviations", [(1, 0, 1), (1, 1, 0.5), (0.2, 1, 0.2)])
 def test_seeds_are_a_sample_too(places, deviations):
     """Places, seeds that move all of them together, and a residual; three seeds."""
     rng = np.random.default_rng([places, int(10 * sum(deviations))])
@@ -64,16 +64,16 @@ def test_the_weakest_comparison_decides():
     assert np.isnan(ahead_of_all(np.array([1.0, 1.0]), np.array([0.01, np.nan])))
 
 
-@pytest.mark.parametrize("places", [2, 4, 12])
+@pytest.mark.parametrize("places", [2, 12])
 @pytest.mark.parametrize("lead", [0.0, 3.0])
 def test_a_method_like_its_strongest_rival_is_seldom_called_ahead(places, lead):
     """Eight rivals, one of them the method's equal, the others behind by a lead."""
     rng = np.random.default_rng(places)
     called = 0
-    for _ in range(TRIALS // 4):
+    for _ in range(TRIALS // 2):
         gaps = rng.normal(0, 1, (places, 1)) - rng.normal(0, 1, (places, 8))
         gaps[:, 1:] += lead
         found = [of_places(gap) for gap in gaps.T]
         p = ahead_of_all(gaps.mean(axis=0), np.array([gap.p for gap in found]))
         called += p < 0.05
-    assert called / (TRIALS // 4) < BOUND
+    assert called / (TRIALS // 2) < BOUND

@@ -40,6 +40,9 @@ def random_state(net):
     return state
 
 
+smaller = pytest.mark.parametrize("net", ["alex"])
+
+
 @pytest.fixture(params=["alex", "vgg"])
 def net(request):
     return request.param
@@ -59,6 +62,7 @@ def views(net, count=3, seed=0, noise=0.2):
     return rendered.astype(np.float32), truth
 
 
+@smaller
 def test_identical_views_are_at_distance_0_and_noise_is_farther(net, weights):
     rendered, truth = views(net)
     same = (truth / np.float32(255)).astype(np.float32)
@@ -67,6 +71,7 @@ def test_identical_views_are_at_distance_0_and_noise_is_farther(net, weights):
     assert (near < lpips.score(rendered, truth, None, net, weights)).all()
 
 
+@smaller
 def test_batches_change_nothing(net, weights, monkeypatch):
     rendered, truth = views(net, count=5)
     whole = lpips.score(rendered, truth, None, net, weights)
@@ -74,6 +79,7 @@ def test_batches_change_nothing(net, weights, monkeypatch):
     np.testing.assert_allclose(lpips.score(rendered, truth, None, net, weights), whole, rtol=1e-5)
 
 
+@smaller
 def test_nothing_outside_a_mask_counts_and_a_whole_mask_is_none(net, weights):
     rendered, truth = views(net)
     mask = np.zeros(truth.shape[:3], bool)
@@ -154,6 +160,7 @@ def test_settings_of_a_metric_without_are_refused():
     assert list(checked(METRICS)) == list(METRICS)
 
 
+@smaller
 def test_the_truth_s_features_are_kept_and_never_another_s(net, weights, tmp_path):
     rendered, truth = views(net)
     first = lpips.score(rendered, truth, None, net, weights)

@@ -124,7 +124,7 @@ def test_long_lrm_is_given_the_picks_as_its_loader_makes_them(capture, tmp_path,
         found[:3, 3] *= unit
         np.testing.assert_allclose(found, wanted, atol=1e-5)
     assert images.shape == (2, SIZE[1], SIZE[0], 3)
-    close_all()  # chance begins anew with every fit
+    # chance begins anew with every fit
     np.testing.assert_array_equal(reconstruct(capture, **settings), images)
 
 
