@@ -1,13 +1,12 @@
 """The command and the Python calls need no package beyond the core dependencies of pyproject."""
 
 import re
-import subprocess
-import sys
 import tomllib
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
 import pytest
+from own_python import printed
 from packaging.requirements import Requirement
 from small_captures import write_ring
 
@@ -45,8 +44,8 @@ for line in [
     "select ring -k 5 --patience 5s --link -o tried",
     "select ring -k auto -o few --vram 8GB --trainer gsplat",
     "info ring --json",
-    "compare ring -k 4 --methods fsel,nearest,dpp -o compared",
-    "reconstruct ring --frames chosen/frames.txt -o ring.ply",
+    "compare ring -k 4 --methods fsel,nearest,dpp --steps 3 --long-side 48 -o compared",
+    "reconstruct ring --frames chosen/frames.txt --steps 3 --long-side 48 -o ring.ply",
 ]:
     assert main(line.split()) == 0, line
 assert Path("ring.ply").stat().st_size and Path("compared/compare.txt").is_file()
@@ -106,17 +105,7 @@ def program(tmp_path):
     }
     assert {"pandas", "pyarrow", "torch", "snakemake", "matplotlib", "skimage"} <= refused
 
-    def run(code):
-        done = subprocess.run(
-            [sys.executable, "-c", f"REFUSED = {refused!r}\n{REFUSING}\n{code}"],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    return run
+    return lambda code: printed(f"REFUSED = {refused!r}\n{REFUSING}\n{code}", folder=tmp_path)
 
 
 def test_commands_run_on_the_core_alone_and_need_all_of_it(program):

@@ -1,10 +1,9 @@
 """Parts that another installed package registers by its entry points."""
 
 import os
-import subprocess
-import sys
 
 import pytest
+from own_python import printed
 from small_captures import write_ring
 
 from fsel.core.registry import Registry
@@ -89,16 +88,8 @@ def test_calls_and_commands_know_the_parts_of_another_package(tmp_path):
     (tmp_path / "ring" / "marked").touch()
     install(tmp_path)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-c", CALLS],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
+    assert "24 frames, marked" in printed(CALLS, folder=tmp_path, PYTHONPATH=path)
     assert "MAE" in (tmp_path / "out" / "compare.txt").read_text()
-    assert "24 frames, marked" in done.stdout
 
 
 @pytest.mark.parametrize(

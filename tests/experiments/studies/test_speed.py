@@ -14,8 +14,6 @@ from fsel.experiments.studies.speed_error import gaps, speed_error
 from fsel.metrics import METRICS
 from fsel.selectors.baselines import METHODS
 
-RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}
 ENDINGS = ("tex", "csv", "pdf", "png")
 FACTS = {"embedded": ["A"], "real": [], "reconstructor": "splats", "long_side": 32}
 APPEARANCE = {"kind": "lab_hog", "weights": None}
