@@ -6,6 +6,8 @@ runs of the workflow in this checkout, find it; `tools/processors.py` compiles f
 
 import os
 
+import pytest
+
 from fsel.workflow.machine import pinned
 
 for name, value in pinned().items():
@@ -14,3 +16,12 @@ for name, value in pinned().items():
 # each worker of pytest has one core: two that share two cores wait for each other's threads, and
 # torch is ten times as slow
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+@pytest.fixture
+def capture(tmp_path):
+    """A folder with a small COLMAP capture."""
+    from small_captures import write_ring
+
+    write_ring(tmp_path / "capture")
+    return tmp_path / "capture"

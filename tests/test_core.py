@@ -45,7 +45,7 @@ for line in [
     "select ring -k auto -o few --vram 8GB --trainer gsplat",
     "info ring --json",
     "compare ring -k 4 --methods fsel,nearest,dpp --steps 3 --long-side 48 -o compared",
-    "reconstruct ring --frames chosen/frames.txt --steps 3 --long-side 48 -o ring.ply",
+    "reconstruct ring --frames chosen/frames.txt --reconstructor splats -o ring.ply",
 ]:
     assert main(line.split()) == 0, line
 assert Path("ring.ply").stat().st_size and Path("compared/compare.txt").is_file()

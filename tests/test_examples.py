@@ -112,6 +112,8 @@ def test_commands_in_the_docs_run(tmp_path, monkeypatch):
     for given, small in shorter.items():
         lines = [line.replace(given, small) for line in lines]
     commands = [line for line in lines if line.startswith("fsel ")]
+    outputs = re.findall(r" (?:-o|--video) (\S+)", "\n".join(commands))
+    assert len(set(outputs)) == len(outputs) > 9  # they can be typed in turn
     every = "demo poses select info compare reconstruct render view"
     assert {command.split()[1] for command in commands} == set(every.split())
     write_ring(tmp_path / "captures" / "garden", frames=40)

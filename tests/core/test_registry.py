@@ -3,10 +3,7 @@
 import pytest
 from own_python import printed
 
-from fsel.captures.layouts import LAYOUTS
 from fsel.core.registry import Registry
-from fsel.metrics import REGISTERED
-from fsel.selectors.baselines import METHODS
 
 LISTING = """
 import sys
@@ -25,11 +22,6 @@ print(*{"fsel.selectors.baselines.cover", "fsel.captures.layouts.scannet"} & set
 
 def test_listing_imports_nothing_and_one_entry_not_the_others():
     assert printed(LISTING).split() == []
-
-
-@pytest.mark.parametrize("registry", [METHODS, LAYOUTS, REGISTERED])
-def test_entries_are_registered_under_their_own_names(registry):
-    assert [entry.name for entry in registry.values()] == list(registry)
 
 
 def test_an_entry_set_by_hand_stands_for_itself_and_goes_again():

@@ -16,8 +16,6 @@ from fsel.core.capture import Capture
 from fsel.stages.ingest import ingest as save
 from fsel.synthetic.sensor import project, unproject
 
-CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
-
 
 @pytest.fixture(params=WRITERS)
 def written(request, tmp_path):
@@ -92,15 +90,6 @@ def test_points_and_tracks_survive(written):
     assert (np.abs(uv - [32, 24]) < [48, 40]).all()
     assert np.isin(np.round(points.xyz, 6), np.round(made.xyz, 6)).all()
     assert len(points.track_point) > 0.6 * len(made.track_point)
-
-
-@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
-def test_real_capture_reads_alike_in_both_layouts():
-    colmap = read_capture(CAPTURES / "fox", "colmap")
-    nerfstudio = read_capture(CAPTURES / "fox", "nerfstudio")
-    assert colmap.names == nerfstudio.names
-    np.testing.assert_allclose(colmap.world_to_camera, nerfstudio.world_to_camera, atol=1e-4)
-    np.testing.assert_allclose(colmap.intrinsics, nerfstudio.intrinsics, rtol=1e-4)
 
 
 @pytest.mark.parametrize("layout", ["dl3dv", "mipnerf360", "scannetpp_dslr"])

@@ -121,6 +121,8 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     fits = choice(tmp_path, [(22.0, 3.0, 8e6), (24.0, 5.0, 1e7)])
     nan = float("nan")
     full = choice(tmp_path, [(22.0, 3.5, 8e6), (nan, nan, nan)])
+    for path in fits:
+        pd.read_parquet(path).assign(device="H_1").to_parquet(path)
     means = cost_means(full, ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
     assert np.isnan(means["psnr"][ALL_FRAMES])
@@ -131,17 +133,7 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     assert r"$K{=}20$ & 20.00 & 1.5 & 4 & 20.00 & 1.5 & 4 \\" in lines
     assert r"all frames & 23.00 & 4.0 & 9 & \textit{out of memory} &  &  \\" in lines
     assert any("may take 8~GB" in line for line in lines)
-
-
-def test_a_gpu_is_named_where_one_was_used(tmp_path):
-    (path,) = choice(tmp_path, [(22.0, 3.0, 8e6)])
-    pd.read_parquet(path).assign(device="H_1").to_parquet(path)
-    named = {"g_2": RECONSTRUCTORS["g_2"]}
-    told = {"reconstructors": named, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
-    told |= {"problems": ["d/s/draw0"]}
-    reconchoice([path], tmp_path / "r.tex", tmp_path / "r.csv", **told)
-    said = r"On a GPU, seconds by the clock and memory of the GPU: \texttt{g\_2} (H\_1)."
-    assert said in (tmp_path / "r.tex").read_text()
+    assert any(r"memory of the GPU: \texttt{splats} (H\_1)." in line for line in lines)
 
 
 def test_what_did_not_finish_is_said_in_the_place_of_numbers(tmp_path):

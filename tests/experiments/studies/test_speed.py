@@ -1,14 +1,11 @@
 """Selection times, and speed against error."""
 
-from itertools import combinations
-
 import numpy as np
 import pandas as pd
 import pytest
 from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
-from fsel.experiments.studies import speed_error as speed
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.studies.speed_error import gaps, speed_error
 from fsel.metrics import METRICS
@@ -100,25 +97,6 @@ def test_the_gap_to_the_search_by_hand():
     assert found.to_dict("records") == [{"method": "fvs", "gap": 0.75}]
     with pytest.raises(ValueError, match=r"no PSNR of 'search' .* Hint: set oracle.draws"):
         gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
-
-
-def test_lines_to_the_names_of_methods_do_not_cross(monkeypatch):
-    drawn, rng = [], np.random.default_rng(0)
-    monkeypatch.setattr(speed, "save", lambda figure, outputs: drawn.append(figure))
-    methods = pd.DataFrame({"method": list(METHODS)[:14]})
-    seconds, gap = 10 ** rng.uniform(-4, 2, len(methods)), rng.uniform(0, 2, len(methods))
-    asked = {"selected": "30 of 130 frames", "k": 20, "facts": FACTS}
-    speed.draw(methods.assign(seconds=seconds, gap=gap), [], **asked)
-    axis = drawn[0].axes[0]
-    drawn[0].canvas.draw()
-    ends = [(axis.transData.transform(t.xy), axis.transAxes.transform(t.xyann)) for t in axis.texts]
-    assert len(ends) == len(methods)
-
-    def left(a, b, c):
-        return np.sign(np.linalg.det([b - a, c - a]))
-
-    for (a, b), (c, d) in combinations(ends, 2):
-        assert left(a, b, c) == left(a, b, d) or left(c, d, a) == left(c, d, b)
 
 
 def test_speed_and_error_of_equal_numbers_are_equal_bytes(tmp_path):

@@ -17,12 +17,6 @@ from fsel.captures.read import read_capture
 sys.path.insert(0, str(Path(__file__).parents[2] / "captures"))
 
 
-@pytest.fixture
-def capture(tmp_path):
-    write_ring(tmp_path / "capture")
-    return tmp_path / "capture"
-
-
 def model_of(folder):
     return pycolmap.Reconstruction(str(folder / "sparse" / "0"))
 

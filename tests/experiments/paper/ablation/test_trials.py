@@ -1,7 +1,6 @@
 """The tables of tested features and scorers: their rows, a whole run, and numbers by hand."""
 
 import csv
-import re
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +31,6 @@ from fsel.stages.split import split
 
 ROOT = Path(__file__).resolve().parents[4]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
-PAPER = ROOT.parent / "shared" / "paper.tex"
 SCENES = [("d", "a"), ("d", "b")]
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 
@@ -40,19 +38,6 @@ RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 def configurations() -> list[dict]:
     with (ROOT / "config" / "feature_sweep.csv").open(newline="") as file:
         return list(csv.DictReader(file))
-
-
-def paper_table(label: str) -> list[list[str]]:
-    if not PAPER.is_file():
-        pytest.skip(f"{PAPER} is not there")
-    text = PAPER.read_text()
-    body = text[text.index(rf"\label{{{label}}}") :]
-    body = body[: body.index(r"\end{table}")]
-    return [
-        [cell.strip() for cell in line.rstrip("\\ ").split("&")]
-        for line in body.splitlines()
-        if re.search(r"\$[-+]?\d\.\d{3}\$", line)
-    ]
 
 
 def test_the_configurations_are_43_and_differ():
@@ -71,24 +56,11 @@ def test_the_configurations_are_43_and_differ():
             assert not any(row[name] for name in EXTRAS[row["added"]].replaces)
 
 
-def test_the_configurations_are_the_papers():
-    found = paper_table("tab:sppfeaturesweep")
-    rows = configurations()
-    assert len(found) == len(rows)
-    for cells, row in zip(found, rows, strict=True):
-        assert re.sub(r"\D", "", cells[0]) == row["number"]
-        assert ["bullet" in cell for cell in cells[1:19]] == [bool(row[f]) for f in FEATURES]
-        assert cells[19] == (EXTRAS[row["added"]].label if row["added"] else "")
-
-
 def test_the_scorers_are_the_papers_17():
     assert len(SCORERS) == len({scorer["label"] for scorer in SCORERS.values()}) == 17
     built = {(s["module"], *sorted(s["settings"].items())) for s in SCORERS.values()}
     assert len(built) == 17
     assert {scorer["module"] for scorer in SCORERS.values()} == set(MODULES)
-    assert [cells[0] for cells in paper_table("tab:scorer_arch")] == [
-        scorer["label"] for scorer in SCORERS.values()
-    ]
 
 
 def test_what_the_lists_may_hold_is_what_the_library_has():
