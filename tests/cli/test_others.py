@@ -182,8 +182,8 @@ def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_pa
     monkeypatch.setattr(halving, "MOST_SHARES", 1)  # as few fits as can be, and as short
     monkeypatch.setitem(halving.SETTINGS, "steps", 5)
     out, asked = tmp_path / "out", ["-k", 6, "--methods", "tried,fsel,uniform", "--keep-bad"]
-    by = ["--reconstructor", "splats", "--long-side", 48]
-    assert run("compare", capture, *asked, *by, "-o", out) == 0
+    asked += ["--reconstructor", "splats", "--long-side", 48]
+    assert run("compare", capture, *asked, "-o", out) == 0
     content = json.loads((out / "compare.json").read_text())
     whole = fsel.read_capture(capture, long_side=48)
     rest = whole.subset(np.setdiff1d(np.arange(24), [0, 8, 16]))
