@@ -33,9 +33,9 @@ def test_paths_with_backslashes_are_read_as_with_slashes(tmp_path):
     assert set(capture.sequences) == {"walk"}
     held_out = tmp_path / "targets.txt"
     held_out.write_text("\r\n".join(str(PureWindowsPath(name)) for name in names[::6]) + "\r\n")
-    chosen = fsel.select(capture, 5, targets=held_out)
+    chosen = fsel.select(capture, 5, targets=held_out, patience=0)
     assert not set(chosen.names) & set(names[::6])
-    assert chosen.names == fsel.select(capture, 5, targets=names[::6]).names
+    assert chosen.names == fsel.select(capture, 5, targets=names[::6], patience=0).names
 
 
 @pytest.mark.parametrize("path", [r"C:\scan\0.png", "D:/scan/0.png", r"..\0.png", "/scan/0.png"])

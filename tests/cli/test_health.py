@@ -64,7 +64,7 @@ def test_blocks_leave_out_what_the_whole_does_and_decode_it_once(spoilt, tmp_pat
 
 
 def test_the_call_leaves_out_what_the_command_does(spoilt):
-    assert not BAD & set(fsel.select(spoilt, "auto", "every:8").names)
+    assert not BAD & set(fsel.select(spoilt, "auto", "every:8", patience=0).names)
     assert not BAD & set(fsel.select(spoilt, 21, patience=0).names)
     assert set(fsel.select(spoilt, 24, patience=0).names) > BAD
     assert len(fsel.select(spoilt, 21, patience=0, keep_bad=True)) == 21

@@ -85,7 +85,7 @@ def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
     assert len(content["frames"]) == budget["frames"] == budget["enough"]
     rule = {"loss": 0.5, "memory": None, "size": [64, 48], "trainer": "splats"}
     assert budget["rule"] == rule
-    chosen = fsel.select(fsel.read_capture(capture, long_side=64), "auto", "every:6")
+    chosen = fsel.select(fsel.read_capture(capture, long_side=64), "auto", "every:6", patience=0)
     assert budget["table"] == json.loads(json.dumps(asdict(chosen.budget.table)))
     printed = capsys.readouterr().out
     assert budget["reason"] in printed

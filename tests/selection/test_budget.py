@@ -98,10 +98,10 @@ def ring(tmp_path):
 
 
 def test_the_picks_are_those_of_the_number_that_is_found(ring):
-    chosen = fsel.select(ring, "auto", "every:6")
+    chosen = fsel.select(ring, "auto", "every:6", patience=0)
     found = chosen.budget
     assert found == find(Auto(), 20, ring.size)  # of 24, without those held out
-    every = fsel.select(ring, found.frames, "every:6")
+    every = fsel.select(ring, found.frames, "every:6", patience=0)
     assert (chosen.names, every.budget) == (every.names, None)
     assert fsel.how_many(ring) == HowMany.of(24)
     uniform = fsel.select(ring, fsel.Auto(9), method="uniform")  # its picks are not nested

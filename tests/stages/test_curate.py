@@ -25,7 +25,7 @@ def test_scenes_have_the_picks_of_select_and_broken_ones_stop_no_other(tmp_path)
         form={"link": False, "long_side": None},
         config="",
     )
-    chosen = fsel.select(tmp_path / "one", 5, "every:8")
+    chosen = fsel.select(tmp_path / "one", 5, "every:8", patience=0)
     picks = pd.read_parquet(part / "one" / "selections.parquet")
     assert tuple(picks["name"]) == chosen.names
     assert (picks["frame"] == chosen.indices).all()
