@@ -48,7 +48,7 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     mine = {"mine": {"label": "Mine", "root": str(tmp_path), "scenes": ["a"]}}
     made = experiment(datasets=mine, training={"dataset": "elsewhere"})
     made.check()
-    names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
+    names = [scorer.rsplit("/")[-1] for scorer in made.scorers(SCENE)]
     own = ["less_is_more.0.safetensors", "less_is_more_no_appearance.0.safetensors"]
     assert names == [*own, "fsel.0.json", "fsel_rule.0.json"]
     assert (made.trained, made.labelled) == ("mine", {})
@@ -67,13 +67,31 @@ def test_scorers_are_trained_named_or_shipped():
         "<results>/selector/no_appearance/seed0.safetensors"
     ]
     assert made.fsel == ["<results>/selector/given/fsel.0.json"]
-    assert made.scorers[-1] == "<results>/selector/given/fsel_rule.0.json"
+    assert made.scorers(SCENE)[-1] == "<results>/selector/given/fsel_rule.0.json"
     shipped = made.given_scorers["fsel_rule.0.json"]
     assert shipped.endswith("src/fsel/selectors/weights/fsel_rule.json")
     training = SMOKE["training"] | {"weights": {"less_is_more": ["mine.safetensors"]}}
     named = experiment(training=training)
     assert named.given_scorers["less_is_more.0.safetensors"] == "mine.safetensors"
     assert named.weights("less_is_more") == ["<results>/selector/given/less_is_more.0.safetensors"]
+
+
+def test_scenes_that_are_learned_from_are_measured_by_the_scorers_of_their_fold():
+    datasets = copy.deepcopy(SMOKE["datasets"])
+    datasets["dl3dv"]["scenes"]["train"] = 4
+    datasets["dl3dv"]["places"] = {"train00": "a house", "train03": "a house"}
+    made = experiment(datasets=datasets, training=SMOKE["training"] | {"folds": 2})
+    assert made.folds == {"train00": 0, "train01": 1, "train02": 0, "train03": 0}
+    learned = [("dl3dv", f"train0{number}") for number in range(4)]
+    assert made.evaluation_scenes[:5] == [("dl3dv", "evaluation00"), *learned]
+    roles = made.roles("fold0/")
+    assert [scene for scene, role in roles.items() if role == "train"] == ["train01"]
+    assert made.roles("") == made.labelled
+    own = SimpleNamespace(dataset="dl3dv", scene="train01")
+    assert made.scorers(own)[0] == "<results>/selector/fold1/seed0.safetensors"
+    assert made.scorers(own)[1] == "<results>/selector/fold1/no_appearance/seed0.safetensors"
+    other = SimpleNamespace(dataset="seven_scenes", scene="train01")
+    assert made.scorers(other) == made.scorers(SCENE) == made.scorers(SimpleNamespace())
 
 
 def test_further_reconstructors_are_folders():

@@ -2,7 +2,7 @@
 
 Inputs: canonical captures of the training dataset.
 Outputs: <results>/labels/{scene}/{splits,features}.parquet and p{coverage}.parquet,
-<results>/trajectories.parquet.
+<results>/{fold}trajectories.parquet.
 """
 
 LABELLED_SCENE = f"<results>/{experiment.trained}/{{scene}}"
@@ -73,16 +73,16 @@ use rule stage as order with:
         features=inputs.of_labelled(experiment, "features"),
         labels=inputs.label_files(experiment),
     output:
-        trajectories="<results>/trajectories.parquet",
+        trajectories="<results>/{fold}trajectories.parquet",
     log:
-        "<results>/logs/order.log",
+        "<results>/logs/{fold}order.log",
     benchmark:
-        "<results>/benchmarks/order.jsonl"
+        "<results>/benchmarks/{fold}order.jsonl"
     resources:
         **experiment.resources(grows="capture"),
     params:
         lib=experiment.library("order"),
-        scenes=experiment.labelled,
+        scenes=lambda wildcards: experiment.roles(wildcards.fold),
         coverages=experiment.coverages,
         kept=experiment.config["search"]["kept"],
     message:

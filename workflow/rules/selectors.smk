@@ -1,24 +1,24 @@
 """The learned selectors.
 
 Inputs: trajectories, and canonical captures of all train scenes.
-Outputs: <results>/selector/seed{seed}.safetensors (`less_is_more`), and those of its variants in
-folders beside it, each with a log of its training beside it.
+Outputs: <results>/selector/{fold}seed{seed}.safetensors (`less_is_more`), and those of its variants
+in folders beside it, each with a log of its training beside it.
 """
 
 
 use rule stage as train with:
     input:
         **inputs.captures(inputs.labelled(experiment), inputs.DESCRIBED),
-        trajectories="<results>/trajectories.parquet",
+        trajectories="<results>/{fold}trajectories.parquet",
         splits=inputs.of_labelled(experiment, "splits"),
         features=inputs.of_labelled(experiment, "features"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
         **inputs.scorer_files(experiment, "less_is_more"),
     log:
-        "<results>/logs/train.log",
+        "<results>/logs/{fold}train.log",
     benchmark:
-        "<results>/benchmarks/train.jsonl"
+        "<results>/benchmarks/{fold}train.jsonl"
     resources:
         **experiment.resources(4000, 60),
     params:
@@ -32,9 +32,9 @@ use rule train as train_no_appearance with:
     output:
         **inputs.scorer_files(experiment, "less_is_more_no_appearance"),
     log:
-        "<results>/logs/train_no_appearance.log",
+        "<results>/logs/{fold}train_no_appearance.log",
     benchmark:
-        "<results>/benchmarks/train_no_appearance.jsonl"
+        "<results>/benchmarks/{fold}train_no_appearance.jsonl"
     params:
         **inputs.training(experiment, "less_is_more_no_appearance"),
 
@@ -43,8 +43,8 @@ use rule train as train_geometry with:
     output:
         **inputs.scorer_files(experiment, "less_is_more_geometry"),
     log:
-        "<results>/logs/train_geometry.log",
+        "<results>/logs/{fold}train_geometry.log",
     benchmark:
-        "<results>/benchmarks/train_geometry.jsonl"
+        "<results>/benchmarks/{fold}train_geometry.jsonl"
     params:
         **inputs.training(experiment, "less_is_more_geometry"),

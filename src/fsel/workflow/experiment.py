@@ -41,14 +41,15 @@ class Experiment(Settings):
         return range(self.config["training"]["seeds"])
 
     def scorer_folder(self, policy: str) -> str:
-        """Return the folder of the scorers of a policy that are trained here."""
+        """Return the folder of the scorers of a policy that are trained here, with its slash;
+        `{fold}` in it is `foldN/`, or empty for those that learn from all train scenes."""
         variant = policy.removeprefix("less_is_more").removeprefix("_")
-        return f"<results>/selector/{variant}".rstrip("/")
+        return "<results>/selector/{fold}" + (f"{variant}/" if variant else "")
 
-    def weights(self, policy: str) -> list[str]:
+    def weights(self, policy: str, fold: str = "") -> list[str]:
         """List the scorers of a trained policy: those that are configured, or one for each seed."""
-        folder = self.scorer_folder(policy)
-        trained = [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
+        folder = self.scorer_folder(policy).format(fold=fold)
+        trained = [f"{folder}seed{seed}.safetensors" for seed in self.seeds]
         return self._given(policy) or trained
 
     @property
@@ -56,10 +57,14 @@ class Experiment(Settings):
         """The rule `fsel`, which comes with the package."""
         return self._given("fsel")
 
-    @cached_property
-    def scorers(self) -> list[str]:
-        """The scorers of every learned and fixed selector."""
-        weights = [path for policy in TRAINED for path in self.weights(policy)]
+    def scorers(self, wildcards: Any) -> list[str]:
+        """List the scorers of every learned and fixed selector: for a scene that is learned from,
+        those of its fold."""
+        learned = (
+            getattr(wildcards, "dataset", None) == self.trained and wildcards.scene in self.folds
+        )
+        fold = f"fold{self.folds[wildcards.scene]}/" if learned else ""
+        weights = [path for policy in TRAINED for path in self.weights(policy, fold)]
         return [*weights, *self.fsel, *self._given("fsel_rule")]
 
     @cached_property

@@ -114,8 +114,8 @@ def scorer_files(experiment: Experiment, policy: str) -> Paths:
     """Name the scorers of a policy that are trained here, one for each seed, and their logs."""
     folder = experiment.scorer_folder(policy)
     return {
-        "weights": [f"{folder}/seed{seed}.safetensors" for seed in experiment.seeds],
-        "logs": [f"{folder}/seed{seed}.parquet" for seed in experiment.seeds],
+        "weights": [f"{folder}seed{seed}.safetensors" for seed in experiment.seeds],
+        "logs": [f"{folder}seed{seed}.parquet" for seed in experiment.seeds],
     }
 
 

@@ -95,8 +95,13 @@ class Settings:
         return str(self.config["training"]["dataset"])
 
     def scenes(self, dataset: str, role: str) -> list[str]:
-        """Return the names of a dataset's scenes with a role, in order."""
-        return self.datasets.scenes(dataset, role)
+        """Return the names of a dataset's scenes with a role, in order; with `training.folds`,
+        those that are learned from are evaluated too."""
+        crossed = (
+            role == "evaluation" and dataset == self.trained and self.config["training"]["folds"]
+        )
+        learned = self.datasets.scenes(dataset, "train") if crossed else []
+        return self.datasets.scenes(dataset, role) + learned
 
     def with_role(self, role: str) -> list[Scene]:
         """Return the scenes of all datasets with a role."""
@@ -139,6 +144,20 @@ class Settings:
         """Scene of the labelled dataset -> its role, `train` or `validation`."""
         roles = ("train", "validation")
         return {scene: role for role in roles for scene in self.scenes(self.trained, role)}
+
+    @cached_property
+    def folds(self) -> dict[str, int]:
+        """Train scene -> its part in the cross-validation, one for all scenes of a place."""
+        places, trained = self.places(), self.trained
+        place_of = {s: places.get(f"{trained}/{s}", s) for s in self.scenes(trained, "train")}
+        distinct, count = list(dict.fromkeys(place_of.values())), self.config["training"]["folds"]
+        return {s: distinct.index(place) % count for s, place in place_of.items()} if count else {}
+
+    def roles(self, fold: str) -> dict[str, str]:
+        """Return the labelled scenes' roles in a fold, `foldN/`, whose own are for validation;
+        without a fold, as they are."""
+        left_out = [scene for scene, own in self.folds.items() if fold == f"fold{own}/"]
+        return self.labelled | dict.fromkeys(left_out, "validation")
 
     @cached_property
     def coverages(self) -> dict[str, list[int]]:
