@@ -79,14 +79,15 @@ def test_the_strongest_baseline_of_a_table_is_compared_scene_by_scene(results):
 def test_captures_from_disk_are_rows_of_their_own(results):
     alone = page(results).splitlines()
     copytree(results / "dl3dv", results / "fox")  # neither a scene nor a cell of the sweep
-    rows = {"dataset": ["fox", "all", "all"], "reference": ["dpp", "random", "dpp"], "k": 30}
-    rows |= {"method": "less_is_more", "metric": "psnr", "mean": [-9.0, 1.0, -1.0], "n": 4}
     (results / "tables" / "captures").mkdir(parents=True)
     path = results / "tables" / "captures" / "ksweep_differences.csv"
-    pd.DataFrame(rows | {"ci_low": -2.0, "ci_high": -0.5}).to_csv(path, index=False)
-    *others, real = page(results).splitlines()
+    pd.DataFrame({"dataset": ["fox", "all"]}).to_csv(path, index=False)
+    copytree(results / "dl3dv", results / "real" / "real")
+    *others, best, _, untrained, _ = page(results).splitlines()
     assert others == alone
-    assert "captures, K = 30 | ahead | -1.00 dB (-2.00 to -0.50) | 4 captures | not here" in real
+    assert "real captures, K = 30 | ahead | +2.00 dB (-10.71 to +14.71) | 2 captures" in best
+    assert best.endswith("worst +1.00 dB | level | over `random` |")
+    assert "over the untrained sum on real captures, K = 30 | ahead | +3.00 dB" in untrained
 
 
 def test_a_folder_without_a_run_is_named(tmp_path):
