@@ -3,9 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 
+from fsel.selectors.baselines import untrained
 from fsel.selectors.scorer import INPUTS, Network
-from fsel.training.imitation import Trajectory, train
+from fsel.training.imitation import SUM_SCALE, Trajectory, begin_as_sum, perceptron, train
 
 
 def trajectories(count, seed):
@@ -39,6 +41,19 @@ def test_weights_fill_the_papers_network():
     weights, _ = fit(epochs=1)
     assert sum(w.size for w in weights.values()) == 5505
     Network(weights)
+
+
+def test_a_network_may_begin_as_the_untrained_sum():
+    network = perceptron(64)
+    begin_as_sum(network)
+    with torch.no_grad():
+        network[4].weight[0, 2:] = 0
+    inputs = np.random.default_rng(0).normal(size=(50, INPUTS)).astype(np.float32)
+    scores = network(torch.from_numpy(inputs)).detach().numpy()[:, 0]
+    expected = SUM_SCALE * untrained.METHOD.scorer.scores(inputs)
+    assert np.ptp(scores - expected) < 1e-5  # but for the last bias
+    _, log = fit(from_sum=True, epochs=1)
+    assert log["loss"][0] != fit(epochs=1)[1]["loss"][0]
 
 
 def test_zero_weight_trajectory_teaches_nothing():

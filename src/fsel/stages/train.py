@@ -26,6 +26,7 @@ def train(
     policy: str,
     epochs: int,
     learning_rate: float,
+    from_sum: bool = False,
     config: str,
 ) -> None:
     """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
@@ -35,6 +36,7 @@ def train(
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
         policy: key of `fsel.selectors.policies.KNOWN`.
+        from_sum: as of `fsel.training.imitation.train`.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
     table = read_columns(trajectories)
@@ -45,7 +47,7 @@ def train(
     made = f"behaviour cloning of {len(sets[0])} searched subsets, {epochs} epochs"
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
         fitted, record = imitation.train(
-            *sets, seed=seed, epochs=epochs, learning_rate=learning_rate
+            *sets, seed=seed, epochs=epochs, learning_rate=learning_rate, from_sum=from_sum
         )
         save_scorer(Network(fitted), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)

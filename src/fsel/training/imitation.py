@@ -9,11 +9,15 @@ import numpy as np
 import torch
 
 from fsel.core.files import Columns, by_column
-from fsel.features.columns import INPUTS
+from fsel.features.columns import INPUTS, NAMES
+from fsel.features.static import SIGNS
 from fsel.selectors.policies import Policy
 from fsel.selectors.rollout import Rollout, follow
 from fsel.selectors.scorer import SHAPES, WIDTH
 from fsel.training.labelled import Scenes, labelled_problems
+
+SUM_SCALE = 0.1  # nats of a score that a unit of the untrained sum is worth, where it begins so
+OTHERS_SCALE = 0.1  # of the other units' random weights then
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
@@ -55,6 +59,7 @@ def train(
     seed: int,
     epochs: int,
     learning_rate: float,
+    from_sum: bool = False,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
 
@@ -62,6 +67,7 @@ def train(
         validation: of scenes kept apart; only reported.
         seed: of the initialisation and the order of presentation.
         learning_rate: Adam's, fixed.
+        from_sum: whether the scorer begins as the untrained sum, in place of random weights.
 
     Returns:
         Float32 arrays as `fsel.selectors.scorer.SHAPES`, and a log with one row an epoch (0: before
@@ -69,6 +75,8 @@ def train(
     """
     torch.manual_seed(seed)
     network = perceptron(WIDTH)
+    if from_sum:
+        begin_as_sum(network)
     data, held_out = _tensors(trajectories), _tensors(validation)
     log = []
     steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
@@ -126,6 +134,19 @@ def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
         torch.nn.GELU(),
         torch.nn.Linear(width, 1),
     )
+
+
+def begin_as_sum(network: torch.nn.Sequential) -> None:
+    """Let the first two units of each layer carry the untrained sum: gelu(x) - gelu(-x) is x."""
+    first, _, second, _, last = network
+    pair = torch.tensor([1.0, -1.0])
+    signs = torch.tensor([SIGNS.get(name, 0.0) for name in NAMES])
+    with torch.no_grad():
+        first.weight[:2], first.bias[:2] = torch.outer(pair, signs), 0
+        second.weight[:2], second.bias[:2] = 0, 0
+        second.weight[:2, :2] = torch.outer(pair, pair)
+        last.weight *= OTHERS_SCALE
+        last.weight[0, :2] = SUM_SCALE * pair
 
 
 def imitation(

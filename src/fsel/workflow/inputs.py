@@ -122,7 +122,7 @@ def scorer_files(experiment: Experiment, policy: str) -> Paths:
 def training(experiment: Experiment, policy: str) -> Paths:
     """Return how a policy is trained."""
     config = experiment.config["training"]
-    settings = {key: config[key] for key in ("epochs", "learning_rate")}
+    settings = {key: config[key] for key in ("epochs", "learning_rate", "from_sum")}
     return {"policy": policy, "scenes": list(experiment.labelled), **settings}
 
 
