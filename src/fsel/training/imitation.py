@@ -9,15 +9,14 @@ import numpy as np
 import torch
 
 from fsel.core.files import Columns, by_column
-from fsel.features.columns import INPUTS, NAMES
+from fsel.features.columns import INPUTS
 from fsel.features.static import SIGNS
 from fsel.selectors.policies import Policy
 from fsel.selectors.rollout import Rollout, follow
-from fsel.selectors.scorer import SHAPES, WIDTH
+from fsel.selectors.scorer import SHAPES, WIDTH, Linear
 from fsel.training.labelled import Scenes, labelled_problems
 
-SUM_SCALE = 0.1  # nats of a score that a unit of the untrained sum is worth, where it begins so
-OTHERS_SCALE = 0.1  # of the other units' random weights then
+SUM_SCALE = 0.1  # of the untrained sum in a score that begins as it, and of the random rest
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
@@ -139,13 +138,12 @@ def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
 def begin_as_sum(network: torch.nn.Sequential) -> None:
     """Let the first two units of each layer carry the untrained sum: gelu(x) - gelu(-x) is x."""
     first, _, second, _, last = network
-    pair = torch.tensor([1.0, -1.0])
-    signs = torch.tensor([SIGNS.get(name, 0.0) for name in NAMES])
+    pair, signs = torch.tensor([1.0, -1.0]), torch.tensor(Linear(SIGNS).vector).float()
     with torch.no_grad():
         first.weight[:2], first.bias[:2] = torch.outer(pair, signs), 0
         second.weight[:2], second.bias[:2] = 0, 0
         second.weight[:2, :2] = torch.outer(pair, pair)
-        last.weight *= OTHERS_SCALE
+        last.weight *= SUM_SCALE
         last.weight[0, :2] = SUM_SCALE * pair
 
 

@@ -41,8 +41,8 @@ class Experiment(Settings):
         return range(self.config["training"]["seeds"])
 
     def scorer_folder(self, policy: str) -> str:
-        """Return the folder of the scorers of a policy that are trained here, with its slash;
-        `{fold}` in it is `foldN/`, or empty for those that learn from all train scenes."""
+        """Return the folder of the scorers of a policy, with its slash; `{fold}` in it is `foldN/`,
+        or empty for those that learn from all train scenes."""
         variant = policy.removeprefix("less_is_more").removeprefix("_")
         return "<results>/selector/{fold}" + (f"{variant}/" if variant else "")
 
@@ -60,10 +60,8 @@ class Experiment(Settings):
     def scorers(self, wildcards: Any) -> list[str]:
         """List the scorers of every learned and fixed selector: for a scene that is learned from,
         those of its fold."""
-        learned = (
-            getattr(wildcards, "dataset", None) == self.trained and wildcards.scene in self.folds
-        )
-        fold = f"fold{self.folds[wildcards.scene]}/" if learned else ""
+        scene = getattr(wildcards, "dataset", ""), getattr(wildcards, "scene", "")
+        fold = self.folds.get(scene, "")
         weights = [path for policy in TRAINED for path in self.weights(policy, fold)]
         return [*weights, *self.fsel, *self._given("fsel_rule")]
 

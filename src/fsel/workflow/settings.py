@@ -95,13 +95,10 @@ class Settings:
         return str(self.config["training"]["dataset"])
 
     def scenes(self, dataset: str, role: str) -> list[str]:
-        """Return the names of a dataset's scenes with a role, in order; with `training.folds`,
-        those that are learned from are evaluated too."""
-        crossed = (
-            role == "evaluation" and dataset == self.trained and self.config["training"]["folds"]
-        )
-        learned = self.datasets.scenes(dataset, "train") if crossed else []
-        return self.datasets.scenes(dataset, role) + learned
+        """Return a dataset's scenes with a role; with folds, train scenes are evaluated too."""
+        found, folds = self.datasets.scenes(dataset, role), self.config["training"]["folds"]
+        crossed = folds and role == "evaluation" and dataset == self.trained
+        return found + self.datasets.scenes(dataset, "train") if crossed else found
 
     def with_role(self, role: str) -> list[Scene]:
         """Return the scenes of all datasets with a role."""
@@ -146,17 +143,17 @@ class Settings:
         return {scene: role for role in roles for scene in self.scenes(self.trained, role)}
 
     @cached_property
-    def folds(self) -> dict[str, int]:
-        """Train scene -> its part in the cross-validation, one for all scenes of a place."""
-        places, trained = self.places(), self.trained
-        place_of = {s: places.get(f"{trained}/{s}", s) for s in self.scenes(trained, "train")}
-        distinct, count = list(dict.fromkeys(place_of.values())), self.config["training"]["folds"]
-        return {s: distinct.index(place) % count for s, place in place_of.items()} if count else {}
+    def folds(self) -> dict[Scene, str]:
+        """Train scene -> its part of the cross-validation, `foldN/`; scenes of a place share it."""
+        trained, count = self.trained, self.config["training"]["folds"]
+        scenes = self.scenes(trained, "train") if count else []
+        place_of = {(trained, s): self.places().get(f"{trained}/{s}", s) for s in scenes}
+        distinct = list(dict.fromkeys(place_of.values()))
+        return {s: f"fold{distinct.index(place) % count}/" for s, place in place_of.items()}
 
     def roles(self, fold: str) -> dict[str, str]:
-        """Return the labelled scenes' roles in a fold, `foldN/`, whose own are for validation;
-        without a fold, as they are."""
-        left_out = [scene for scene, own in self.folds.items() if fold == f"fold{own}/"]
+        """Return the roles of the labelled scenes for the scorers of a fold: validation in it."""
+        left_out = [scene for (_, scene), own in self.folds.items() if own == fold]
         return self.labelled | dict.fromkeys(left_out, "validation")
 
     @cached_property
