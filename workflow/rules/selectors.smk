@@ -14,7 +14,7 @@ use rule stage as train with:
         features=inputs.of_labelled(experiment, "features"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
-        **inputs.scorer_files(experiment, "less_is_more"),
+        **inputs.scorer_files(experiment, "less_is_more", "{fold}"),
     log:
         "<results>/logs/{fold}train.log",
     benchmark:
@@ -30,7 +30,7 @@ use rule stage as train with:
 
 use rule train as train_no_appearance with:
     output:
-        **inputs.scorer_files(experiment, "less_is_more_no_appearance"),
+        **inputs.scorer_files(experiment, "less_is_more_no_appearance", "{fold}"),
     log:
         "<results>/logs/{fold}train_no_appearance.log",
     benchmark:
@@ -41,7 +41,7 @@ use rule train as train_no_appearance with:
 
 use rule train as train_geometry with:
     output:
-        **inputs.scorer_files(experiment, "less_is_more_geometry"),
+        **inputs.scorer_files(experiment, "less_is_more_geometry", "{fold}"),
     log:
         "<results>/logs/{fold}train_geometry.log",
     benchmark:

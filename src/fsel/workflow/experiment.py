@@ -40,15 +40,15 @@ class Experiment(Settings):
         """Seeds of the trained selectors."""
         return range(self.config["training"]["seeds"])
 
-    def scorer_folder(self, policy: str) -> str:
-        """Return the folder of the scorers of a policy, with its slash; `{fold}` in it is `foldN/`,
-        or empty for those that learn from all train scenes."""
+    def scorer_folder(self, policy: str, fold: str = "") -> str:
+        """Return the folder of a policy's scorers that are trained here, with its slash, as that of
+        a fold has; without a fold they learn from all train scenes."""
         variant = policy.removeprefix("less_is_more").removeprefix("_")
-        return "<results>/selector/{fold}" + (f"{variant}/" if variant else "")
+        return f"<results>/selector/{fold}" + (f"{variant}/" if variant else "")
 
     def weights(self, policy: str, fold: str = "") -> list[str]:
         """List the scorers of a trained policy: those that are configured, or one for each seed."""
-        folder = self.scorer_folder(policy).format(fold=fold)
+        folder = self.scorer_folder(policy, fold)
         trained = [f"{folder}seed{seed}.safetensors" for seed in self.seeds]
         return self._given(policy) or trained
 

@@ -110,9 +110,9 @@ def ingested(experiment: Experiment, long_side: int) -> Paths:
     }
 
 
-def scorer_files(experiment: Experiment, policy: str) -> Paths:
+def scorer_files(experiment: Experiment, policy: str, fold: str = "") -> Paths:
     """Name the scorers of a policy that are trained here, one for each seed, and their logs."""
-    folder = experiment.scorer_folder(policy)
+    folder = experiment.scorer_folder(policy, fold)
     return {
         "weights": [f"{folder}seed{seed}.safetensors" for seed in experiment.seeds],
         "logs": [f"{folder}seed{seed}.parquet" for seed in experiment.seeds],
