@@ -50,10 +50,9 @@ captures: .venv/installed
 HELD = every random region
 SEEN = Nearest "targets known" "targets known, tried"
 REAL = --starts 3 --budgets 8 --by gaussians --seeds 1 --methods $(SEEN)
-real: $(HELD:%=results/real_%.jsonl)
-	$(CAPTURES)_page.py --known --rows $^ -o docs/results/captures_known.md
-results/real_%.jsonl: .venv/installed
-	$(CAPTURES)_unknown.py --held $* $(REAL) --rows $@
+real: .venv/installed
+	for held in $(HELD); do $(CAPTURES)_unknown.py --held $$held $(REAL) --rows results/real_$$held.jsonl || exit; done
+	$(CAPTURES)_page.py --known $(HELD:%=results/real_%.jsonl) -o docs/results/captures_known.md
 
 # the same at 384 pixels, beside what tools pick by, four hours: docs/results/captures_384.md
 .PHONY: captures_384

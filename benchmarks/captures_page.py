@@ -50,9 +50,9 @@ SHARES = {
 def page(asked: argparse.Namespace) -> None:
     """Write the page of results."""
     if asked.known:
-        asked.out.write_text(_known(asked.rows))
+        asked.out.write_text(_known(asked.known))
         return
-    table = pd.concat([pd.read_json(rows, lines=True) for rows in asked.rows])
+    table = pd.read_json(asked.rows, lines=True)
     each = {by: _each(part) for by, part in table.groupby("by")}
     parts = [_head(table), _short(each)]
     for by, gains in each.items():
@@ -225,8 +225,9 @@ def _kept(table: pd.DataFrame) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rows", type=Path, nargs="+", required=True)
+    rows = parser.add_mutually_exclusive_group(required=True)
+    rows.add_argument("--rows", type=Path)
     parser.add_argument("--made-rows", type=Path, help="of captures made of them")
-    parser.add_argument("--known", action="store_true", help="the differences from Nearest alone")
+    rows.add_argument("--known", type=Path, nargs="+", help="rows of `--held`, over Nearest alone")
     parser.add_argument("-o", "--out", type=Path, required=True)
     page(parser.parse_args())

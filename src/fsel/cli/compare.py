@@ -56,10 +56,8 @@ def _tried(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 TRIED = Method("tried", "Tried", "observed", nested=False, select=_tried)
-RUN = {
-    TRIED.name: "fsel select",
-    DEFAULT: "fsel select --targets --patience 0",
-}  # what a person runs
+# what a person runs
+RUN = {TRIED.name: "fsel select", DEFAULT: "fsel select --targets --patience 0"}
 
 
 def run(args: argparse.Namespace, console: Console) -> None:

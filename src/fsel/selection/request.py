@@ -188,8 +188,7 @@ def _check_number(request: SelectionRequest, k: int | Auto, method: Method) -> N
 def _time_budget(checked: CheckedRequest) -> TimeBudget:
     """Return the time for validation; refuse one if there is nothing to validate."""
     request, stated = checked.request, checked.request.patience
-    shown = len(checked.targets.frames) >= LEAST_TARGETS
-    beside = _stated_beside(checked, but_targets=shown)
+    beside = _stated_beside(checked)
     if stated is None:
         named = not (request.method is None and request.weights is None)
         return TimeBudget(0) if named or beside or not request.pictured else TimeBudget()
@@ -207,8 +206,8 @@ def _time_budget(checked: CheckedRequest) -> TimeBudget:
     return patience
 
 
-def _stated_beside(checked: CheckedRequest, *, but_targets: bool) -> str:
-    """Name what is stated beside a number of frames, in words; empty where nothing is."""
+def _stated_beside(checked: CheckedRequest) -> str:
+    """Name what is stated beside a number of frames, or targets whose images judge; else empty."""
     targets = checked.targets
     if checked.method.name != pretrained.DEFAULT:
         return f"the method is {checked.method.name}"
@@ -216,6 +215,6 @@ def _stated_beside(checked: CheckedRequest, *, but_targets: bool) -> str:
         return "panoramas are picked"
     if checked.focus is not None:
         return "an object is given"
-    if targets.kind != ALL and not but_targets:
+    if targets.kind != ALL and len(targets.frames) < LEAST_TARGETS:
         return f"the views to render are given ({targets.kind})"
     return ""
