@@ -1,25 +1,29 @@
 """Measure what fewer frames lose on real captures, and calibrate `-k auto` by it: `make how_many`.
 
-One frame in eight of each capture is held out. Trained Gaussians (600 steps, whatever the number of
-frames) are fitted to all others and to what the rule of `fsel select` picks of them. Rows that are
-there are kept; then the record in the package is written, and what docs/results/how_many.md shows.
+One frame in eight of each capture is held out. Trained Gaussians are fitted to all others and to
+what the rule of `fsel select` picks of them, at 384 pixels with 600 steps whatever the number of
+frames; at 128 pixels the same, to evenly spaced frames, and with as many steps a frame as all have.
+Rows that are there are kept; then the record in the package is written, which the first of these
+kinds calibrates, and what docs/results/how_many.md shows.
 """
 
 import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 import fsel
+from fsel.core.capture import Capture
 from fsel.core.files import write_text
+from fsel.core.subsets import evenly
 from fsel.evaluation.figures import COLORS, TEXT, name_axes, new_figure, save
 from fsel.evaluation.summary import write_csv
 from fsel.selection.budget import BOUND, LOSS, RECORD, SHARES, Record, enough, losses
@@ -27,35 +31,67 @@ from fsel.selectors.pretrained import FOLDER
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY, FIRST = 8, 3  # one frame in so many is held out, from this one on
-FRAMES = (20, 45, 70)  # numbers of frames, in the order they are measured
-SETTINGS: dict[str, Any] = {"steps": 600, "gaussians": 6000, "background": "mean"}
-SIDE = 128  # pixels
+FRAMES = (20, 45, 70, 30, 100, 12, 8)  # numbers of frames, in the order they are measured
+STEPS = 600
+GAUSSIANS = {384: 20_000, 128: 6000}  # by pixels of the longer side
+
+
+class Kind(NamedTuple):
+    """What is measured: pixels of the longer side, evenly spaced frames instead of the rule's, and
+    steps in proportion to the frames."""
+
+    side: int
+    even: bool = False
+    in_proportion: bool = False
+
+
+LARGE, SMALL = "384", "128"
+KINDS = {
+    LARGE: Kind(384),
+    SMALL: Kind(128),
+    "even": Kind(128, even=True),
+    "in_proportion": Kind(128, in_proportion=True),
+}
 
 Rule = Callable[[int], int]  # all frames -> frames kept
 
 
-def measure(file: Path) -> Iterator[dict[str, object]]:
-    """Yield a row for every capture and number of frames that the file lacks; 0 stands for all."""
+def measure(file: Path, kinds: Sequence[str] = tuple(KINDS)) -> Iterator[dict[str, object]]:
+    """Yield a row for every kind, number of frames and capture that the file lacks; 0 stands for
+    all frames, which the kinds of `SMALL` share."""
     known = set()
     if file.exists():
         lines = file.read_text(encoding="utf-8").splitlines()
-        known = {(row["capture"], row["k"]) for row in map(json.loads, lines)}
+        known = {(row["kind"], row["k"], row["capture"]) for row in map(json.loads, lines)}
     folders = sorted(path.parent for path in HOME.glob("*/sparse"))
-    for k, folder in product((0, *FRAMES), folders):
-        if (folder.name, k) in known:
+    for name, k, folder in product(kinds, (0, *FRAMES), folders):
+        if (name, k, folder.name) in known or (k == 0 and name not in (LARGE, SMALL)):
             continue
-        capture = fsel.read_capture(folder, long_side=SIDE)
+        kind = KINDS[name]
+        capture = fsel.read_capture(folder, long_side=kind.side)
         held = np.arange(FIRST, len(capture), EVERY)
         seen = np.setdiff1d(np.arange(len(capture)), held)
-        if k >= len(seen):
-            continue
-        own, sharp = capture.subset(seen), np.zeros(len(seen))
-        picks = fsel.select(own, k, patience=0, sharpness=sharp).indices if k else slice(None)
-        started = time.process_time()
-        model = fsel.fit(capture, seen[picks], "gaussians", **SETTINGS)
-        seconds = round(time.process_time() - started, 2)
-        psnr = round(float(fsel.evaluate(capture, model, held)["psnr"].mean()), 4)
-        yield {"capture": folder.name, "n": len(seen), "k": k, "psnr": psnr, "seconds": seconds}
+        if k < len(seen):
+            found = fitted(capture, seen, held, k, kind)
+            yield {"kind": name, "k": k, "capture": folder.name, "n": len(seen), **found}
+
+
+def fitted(
+    capture: Capture, seen: np.ndarray, held: np.ndarray, k: int, kind: Kind
+) -> dict[str, float]:
+    """Return PSNR on the frames held out of a fit to k of those seen, and its seconds."""
+    own, picks, sharp = capture.subset(seen), np.arange(len(seen)), np.zeros(len(seen))
+    if k and kind.even:
+        picks = evenly(len(seen), k)
+    elif k:
+        picks = fsel.select(own, k, patience=0, sharpness=sharp).indices
+    steps = STEPS * len(picks) // len(seen) if kind.in_proportion else STEPS
+    settings: dict[str, Any] = {"steps": steps, "gaussians": GAUSSIANS[kind.side]}
+    started = time.process_time()
+    model = fsel.fit(capture, seen[picks], "gaussians", background="mean", **settings)
+    seconds = round(time.process_time() - started, 2)
+    psnr = round(float(fsel.evaluate(capture, model, held)["psnr"].mean()), 4)
+    return {"psnr": psnr, "seconds": seconds}
 
 
 def lost(rows: pd.DataFrame) -> pd.DataFrame:

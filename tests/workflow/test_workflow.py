@@ -66,7 +66,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
 def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tmp_path, usual):
     both = planned(dry_run(tmp_path, changed(tmp_path, reconstruction=[FIRST, SECOND])))
     added = {rule: n for rule, n in (both - usual).items() if rule != "total"}
-    assert added == {"evaluate": 2, "ksweep": 1, "heatmap": 1}
+    assert added == {"evaluate": 2, "ksweep": 1, "table_page": 1, "heatmap": 1}
     assert not usual - both
 
 

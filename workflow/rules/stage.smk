@@ -17,6 +17,26 @@ use rule stage as table with:
         "Making {output[0]}"
 
 
+# a table as a browser shows it
+use rule stage as table_page with:
+    input:
+        table="<tables>/{name}.tex",
+    output:
+        page=report(
+            "<tables>/{name}.html",
+            category="Tables to read",
+            labels={"table": "{name}"},
+        ),
+    log:
+        "<results>/logs/table_page/{name}.log",
+    wildcard_constraints:
+        name=".+",
+    params:
+        lib=experiment.library("table_page"),
+    message:
+        "Making {output.page}"
+
+
 # every method's picks for the trials of an experiment, see `fsel.experiments.scheme`
 use rule stage as select_trials with:
     resources:

@@ -82,7 +82,7 @@ class Paper:
             return [f"<figures>/qualitative_{d}.pdf" for d in self.experiment.labels()]
         if name in ("pipeline_figure", "imitation", "teaser", "real_world"):
             return [f"<figures>/{name.removesuffix('_figure')}.pdf"]
-        return [f"<tables>/{name}.tex"]
+        return [f"<tables>/{name}.tex", f"<tables>/{name}.html"]
 
     def missing_programs(self) -> list[str]:
         """List what the reconstructors of the tables need and is not here."""
