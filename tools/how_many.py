@@ -31,7 +31,7 @@ from fsel.selectors.pretrained import FOLDER
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY, FIRST = 8, 3  # one frame in so many is held out, from this one on
-FRAMES = (20, 45, 70, 30, 100, 12, 8)  # numbers of frames, in the order they are measured
+FRAMES = (45, 70, 20, 30, 100, 12, 8)  # numbers of frames, in the order they are measured
 STEPS = 600
 GAUSSIANS = {384: 20_000, 128: 6000}  # by pixels of the longer side
 
@@ -94,10 +94,21 @@ def fitted(
     return {"psnr": psnr, "seconds": seconds}
 
 
-def lost(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return dB that K frames lose against all: a row each capture and its n, a column each K."""
-    table = rows.pivot(index=["capture", "n"], columns="k", values="psnr")
+def lost(rows: pd.DataFrame, kind: str = LARGE) -> pd.DataFrame:
+    """Return dB that K frames lose against all by a kind: a row each capture and its n, a column
+    each K."""
+    of_all = rows["k"].eq(0) & rows["kind"].eq(LARGE if kind == LARGE else SMALL)
+    own = rows[of_all | (rows["kind"].eq(kind) & rows["k"].ne(0))]
+    table = own.pivot(index=["capture", "n"], columns="k", values="psnr")
     return table.drop(columns=0).rsub(table[0], axis=0)
+
+
+def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return of each K the mean dB lost by every kind, over the captures that all of them have."""
+    tables = {kind: lost(rows, kind) for kind in KINDS if kind in set(rows["kind"])}
+    both = pd.concat(tables, axis=1).stack(future_stack=True).dropna()
+    means = both.groupby("k").agg(["mean"]).droplevel(1, axis=1)
+    return means.assign(captures=both.groupby("k").size()).rename_axis("K").reset_index()
 
 
 def times(rows: pd.DataFrame) -> list[float]:
@@ -205,7 +216,7 @@ def draw(table: pd.DataFrame, path: Path) -> None:
 
 def write(rows: pd.DataFrame, folder: Path) -> None:
     """Write the record of the package, and what docs/results/how_many.md shows."""
-    table, time_of = lost(rows), {"time": times(rows)}
+    table, time_of = lost(rows), {"time": times(rows[rows["kind"] == LARGE])}
     write_text(json.dumps({**calibrated(table), **time_of}, indent=2) + "\n", FOLDER / RECORD)
     draw(table, folder / "how_many.png")
     write_csv(covered(table).assign(**time_of).reset_index(), folder / "intervals.csv")
@@ -219,6 +230,7 @@ def write(rows: pd.DataFrame, folder: Path) -> None:
     write_csv(pd.DataFrame(rules, columns=columns), folder / "rules.csv")
     each = table.add_prefix("K").reset_index("n").join(kept["auto"].drop(columns="n"))
     write_csv(each.reset_index(), folder / "captures.csv")
+    write_csv(by_kind(rows), folder / "kinds.csv")
 
 
 if __name__ == "__main__":

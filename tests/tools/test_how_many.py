@@ -49,28 +49,40 @@ def test_a_record_is_of_captures_with_more_frames():
 def test_from_captures_to_the_record(tmp_path, monkeypatch):
     for name, frames in (("a", 16), ("b", 12)):
         write_ring(tmp_path / name, frames=frames)
-    monkeypatch.setattr(how_many, "HOME", tmp_path)
-    monkeypatch.setattr(how_many, "FRAMES", (4, 6))
-    monkeypatch.setattr(how_many, "SETTINGS", {"steps": 2, "gaussians": 50})
+    small = {"HOME": tmp_path, "FRAMES": (6, 4), "STEPS": 7, "GAUSSIANS": {384: 50, 128: 50}}
+    for name, value in small.items():
+        monkeypatch.setattr(how_many, name, value)
+    fitted, splats = [], how_many.fsel.fit
+
+    def fit(capture, frames, name, **settings):
+        fitted.append((len(frames), settings["steps"]))
+        return splats(capture, frames)
+
+    monkeypatch.setattr(how_many.fsel, "fit", fit)
     rows = list(how_many.measure(tmp_path / "rows.jsonl"))
-    assert [(row["capture"], row["n"], row["k"]) for row in rows] == [
-        ("a", 14, 0),
-        ("b", 10, 0),
-        ("a", 14, 4),
-        ("b", 10, 4),
-        ("a", 14, 6),
-        ("b", 10, 6),
+    cells = [(row["kind"], row["k"], row["capture"], row["n"]) for row in rows]
+    every = [(k, name, n) for k in (0, 6, 4) for name, n in (("a", 14), ("b", 10))]
+    assert cells == [
+        (kind, *cell)
+        for kind in ("384", "128", "even", "in_proportion")
+        for cell in every[0 if kind.isdigit() else 2 :]
     ]
+    counts = [cell[1] or cell[3] for cell in cells]
+    assert [frames for frames, _ in fitted] == counts
+    # 7 steps times 6/14, 6/10, 4/14 and 4/10 frames
+    assert [steps for _, steps in fitted] == [7] * 16 + [3, 4, 2, 2]
     (tmp_path / "rows.jsonl").write_text("\n".join(map(json.dumps, rows)))
     assert not list(how_many.measure(tmp_path / "rows.jsonl"))
     table = how_many.lost(pd.DataFrame(rows))
-    assert table.loc[("a", 14), 4] == rows[0]["psnr"] - rows[2]["psnr"]
+    assert table.loc[("a", 14), 4] == rows[0]["psnr"] - rows[4]["psnr"]
+    even = how_many.lost(pd.DataFrame(rows), "even")
+    assert even.loc[("b", 10), 6] == rows[7]["psnr"] - rows[13]["psnr"]
     monkeypatch.setattr(how_many, "FOLDER", tmp_path)
     how_many.write(pd.DataFrame(rows), tmp_path)
     record = json.loads((tmp_path / "how_many.json").read_text())
     assert record["frames"] == [4, 6]
-    assert {path.name for path in tmp_path.glob("*.csv")} == {
-        "captures.csv",
-        "intervals.csv",
-        "rules.csv",
-    }
+    files = ("captures", "intervals", "kinds", "rules")
+    assert sorted(path.stem for path in tmp_path.glob("*.csv")) == list(files)
+    kinds = pd.read_csv(tmp_path / "kinds.csv")
+    assert kinds["even"].to_list() == pytest.approx(even.mean().to_list(), abs=1e-6)
+    assert kinds["captures"].to_list() == [2, 2]
