@@ -11,6 +11,7 @@ from fsel.core.capture import Capture
 from fsel.core.programs import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.summary import ALL_FRAMES
+from fsel.experiments.paper import time_quality
 from fsel.experiments.paper.time_quality import VARIANTS, _row, cost_means, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
 from fsel.reconstruct import reconstructor_of
@@ -92,20 +93,23 @@ def table_of(folder, worst: float) -> pd.DataFrame:
     return joined(cells, costs_of(folder), times)
 
 
-def test_a_row_by_hand(tmp_path):
+def test_a_row_by_hand(tmp_path, monkeypatch):
+    record = {"frames": [10], "low": [-0.2], "median": [1.0], "high": [3.0], "bound": [2.0]}
+    monkeypatch.setattr(time_quality, "shipped", lambda: record)
     result = table_of(tmp_path, worst=1.0)
     assert _row(result, "10", 10) == [
         *["10", r"\textbf{22.00}", "21.00", "21.00"],
         *["0.200", "0.200", "0.200", "2.500"],
         *["2.700", "2.700", "2.700", "6"],
+        *["-3.50", "-1.0 (-3.0 to +0.2)", "0.26"],
     ]
     every = _row(result, "All", ALL_FRAMES)
-    assert every == ["All", "25.50", *["--"] * 5, "9.500", "9.500", "--", "--", "100"]
+    assert every == ["All", "25.50", *["--"] * 5, "9.500", "9.500", "--", "--", "100", *["--"] * 3]
 
 
 def test_costs_of_what_did_not_finish_are_missing(tmp_path):
     result = table_of(tmp_path, worst=1.0).assign(reconstruction_s=np.nan, peak_mb=np.nan)
-    assert _row(result, "10", 10)[4:] == [*["0.200"] * 3, *["--"] * 5]
+    assert _row(result, "10", 10)[4:12] == [*["0.200"] * 3, *["--"] * 5]
 
 
 def test_a_lead_inside_its_interval_is_not_bold(tmp_path):
