@@ -121,17 +121,32 @@ def times(rows: pd.DataFrame) -> list[float]:
 def calibrated(table: pd.DataFrame) -> Record:
     """Return what shares of the captures that have more than K frames lose with K; the bound is of
     all, of which others keep all frames and lose nothing."""
-    known = [own.dropna().to_numpy() for _, own in table.items()]
-    shares = {
-        name: [conformal(own, share) for own in known]
-        for name, share in SHARES.items()
-        if name != BOUND
-    }
-    shares[BOUND] = list(conformal(table.fillna(0).to_numpy(), SHARES[BOUND]))
-    shares["better"] = [(own < 0).mean() for own in known]
+    bound = list(conformal(table.fillna(0).to_numpy(), SHARES[BOUND]))
+    better = [(own.dropna() < 0).mean() for _, own in table.items()]
     n = table.index.get_level_values("n").tolist()
-    found = {name: np.round(values, 2).tolist() for name, values in shares.items()}
+    found = quantiles(table) | {BOUND: bound, "better": better, "wide": [widened(table)]}
+    found = {name: np.round(values, 2).tolist() for name, values in found.items()}
     return {"frames": table.columns.tolist(), **found, "total": [min(n), max(n)]}
+
+
+def quantiles(table: pd.DataFrame) -> dict[str, list[np.ndarray]]:
+    """Return by `SHARES` but for the bound, of each K, what captures of more frames lose."""
+    known = [own.dropna().to_numpy() for _, own in table.items()]
+    shares = {name: share for name, share in SHARES.items() if name != BOUND}
+    return {name: [conformal(own, share) for own in known] for name, share in shares.items()}
+
+
+def widened(table: pd.DataFrame) -> float:
+    """Return how many times as wide intervals by the captures with the fewest frames, a half of
+    them, have to be for nine in ten losses of the others, which have more."""
+    order = np.argsort(table.index.get_level_values("n"), kind="stable")
+    few, many = (table.iloc[part] for part in np.array_split(order, 2))
+    few = few.loc[:, few.count() > 2]
+    low, median, high = map(np.array, quantiles(few).values())
+    off = many[few.columns].to_numpy() - median
+    times = off / np.where(off > 0, high - median, low - median)
+    times = times[np.isfinite(times)]
+    return max(1.0, float(conformal(times, SHARES[BOUND]))) if len(times) else 1.0
 
 
 def conformal(values: np.ndarray, share: float) -> np.ndarray:
@@ -179,7 +194,7 @@ def covered(table: pd.DataFrame) -> pd.DataFrame:
     rows: list[tuple[float, ...]] = []
     for place in range(len(table)):
         known, own = table.iloc[place].dropna(), calibrated(table.drop(table.index[place]))
-        low, _, high, bound = losses(own, known.index.to_numpy())
+        low, _, high, bound = losses(own, known.index.to_numpy(), table.index[place][1])
         inside, held = (low <= known) & (known <= high), known <= bound
         rows += zip(known.index, inside, high - low, held, known, strict=True)
     each = pd.DataFrame(rows, columns=["K", "inside", "width", "within", "loss"]).groupby("K")

@@ -16,6 +16,7 @@ RECORD = {
     "bound": [4.0, 1.0, 0.5],
     "better": [0.1, 0.2, 0.5],
     "total": [20, 400],
+    "wide": [1.5],
 }
 
 
@@ -25,6 +26,16 @@ def test_losses_between_the_numbers_that_were_measured():
     np.testing.assert_allclose(lost[0], -1)
     np.testing.assert_allclose(lost[1], [2, 2, 4 / 3, 1, 0, 0])
     np.testing.assert_allclose(lost[3], [4, 4, 2, 1, 0.5, 0.5])
+
+
+def test_more_frames_than_any_capture_had_have_wider_intervals():
+    at = np.array([4, 16])
+    np.testing.assert_array_equal(losses(RECORD, at, 400), losses(RECORD, at))
+    wide = losses(RECORD, at, 401)  # 1.5 times as far from 2 and 1 dB
+    np.testing.assert_allclose(wide, [[-2.5, -2], [2, 1], [6.5, 4], [5, 1]])
+    assert enough(RECORD, 1, 401) == 16
+    assert enough(RECORD, 0.7, 401) == 401
+    assert enough(RECORD, 0.7, 400) == 21
 
 
 @pytest.mark.parametrize(

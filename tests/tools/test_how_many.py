@@ -46,6 +46,17 @@ def test_a_record_is_of_captures_with_more_frames():
     assert share(100) == 64
 
 
+def test_captures_unlike_those_measured_say_how_wide_intervals_are():
+    """Five with few frames lose 0 to 4 dB, the median 2; of five with more, four lose 8 or less."""
+    index = pd.MultiIndex.from_tuples(
+        [(f"c{at}", 50 + at) for at in range(10)], names=["capture", "n"]
+    )
+    table = pd.DataFrame({20: [4.0, 1, 2, 3, 0, 8, 8, -4, 2, 5]}, index)
+    # off by 6, 6, -6, 0 and 3 dB where the interval reaches 2: the sixth of five is the most
+    assert how_many.widened(table) == 3.0
+    assert how_many.widened(table.iloc[:4]) == 1.0  # two say nothing of an interval
+
+
 def test_from_captures_to_the_record(tmp_path, monkeypatch):
     for name, frames in (("a", 16), ("b", 12)):
         write_ring(tmp_path / name, frames=frames)

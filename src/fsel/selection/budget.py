@@ -24,8 +24,8 @@ RECORD = "how_many.json"
 Record: TypeAlias = Mapping[str, Sequence[float]]
 """The calibration: `frames`, numbers K of them; dB lost with each that `SHARES` of captures stay
 below, those of more than K frames, but for `BOUND` of all; the share that lose nothing, `better`;
-the `time` of training over that with all frames; and `total`, the fewest and the most frames of a
-capture."""
+the `time` of training over that with all frames; `total`, the fewest and the most frames of a
+capture; and how many times as `wide` the intervals of one with more frames are."""
 LEAST = 2  # frames that a reconstruction needs
 SPLATS = "splats"
 CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver, context and gaps
@@ -95,7 +95,7 @@ class HowMany:
         """Return the table of a capture with so many frames."""
         record = shipped()
         frames = np.array(record["frames"])
-        low, median, high, _ = -losses(record, frames)
+        low, median, high, _ = -losses(record, frames, total)
         rest = (record["time"], record["better"])
         columns = zip(frames.tolist(), median, high, low, *rest, strict=True)
         rows = tuple(Row(*row) for row in columns if row[0] < total)
@@ -136,11 +136,15 @@ class Budget:
     table: HowMany
 
 
-def losses(record: Record, frames: np.ndarray) -> np.ndarray:
+def losses(record: Record, frames: np.ndarray, total: int = 0) -> np.ndarray:
     """Return (4, n) dB of PSNR that so many frames lose against all, by `SHARES`: the ends of the
-    90 % interval, the median, and what is not exceeded 9 times in 10."""
+    90 % interval, the median, and what is not exceeded 9 times in 10; all farther from the median
+    where no capture measured has `total` frames."""
     known, at = -1 / np.sqrt(record["frames"]), -1 / np.sqrt(frames)
-    return np.array([np.interp(at, known, record[name]) for name in SHARES])
+    found = np.array([np.interp(at, known, record[name]) for name in SHARES])
+    wide = record["wide"][0] if total > max(record["total"]) else 1.0
+    median = found[list(SHARES).index("median")]
+    return median + wide * (found - median)
 
 
 def enough(record: Record, loss: float, total: int) -> int:
@@ -148,7 +152,7 @@ def enough(record: Record, loss: float, total: int) -> int:
     more than so many dB are lost, 9 times in 10; all of them where none is enough."""
     first, last = int(min(record["frames"])), int(max(record["frames"]))
     frames = np.arange(first, last + 1)
-    over = np.flatnonzero(losses(record, frames)[-1] > loss)
+    over = np.flatnonzero(losses(record, frames, total)[-1] > loss)
     least = first + int(over.max(initial=-1)) + 1
     return total if least > last else min(least, total)
 
