@@ -39,9 +39,14 @@ def test_a_page_has_the_table_row_by_row(tmp_path):
     table_page(tmp_path / "t.tex", tmp_path / "t.html")
     page = (tmp_path / "t.html").read_text()
     assert "<p>One <b>two</b>.</p>" in page
-    assert re.findall(r"<tr>.*</tr>", page) == [
+    assert re.findall(r"</?t.*>", page.partition("<table>")[2]) == [
+        "<thead>",
         '<tr><th></th><th colspan="1">PSNR</th></tr>',
         "<tr><th>Method</th><th>dB</th></tr>",
+        "</thead>",
+        "<tbody>",
         "<tr><td>A &amp; B</td><td>1</td></tr>",
         "<tr><td><b>C</b></td><td>–</td></tr>",
+        "</tbody>",
+        "</table></div>",
     ]

@@ -28,15 +28,17 @@ def table_page(table: str, page: str) -> None:
 
 
 def _rows(block: str) -> list[str]:
-    """Return the rows of a tabular between its outer rules, those above the first rule headings."""
-    head, *bodies = block.split("\\midrule\n")
-    rows = []
-    for kind, part in (("th", head), *(("td", body) for body in bodies)):
-        for line in part.splitlines():
+    """Return the rows of a tabular between its outer rules: headings, and groups between rules."""
+    parts = []
+    for at, group in enumerate(block.split("\\midrule\n")):
+        room, kind = ("tbody", "td") if at else ("thead", "th")
+        parts.append(f"<{room}>")
+        for line in group.splitlines():
             if line.endswith(r"\\"):
                 cells = re.split(r"(?<!\\)&", line.removesuffix(r"\\"))
-                rows.append(f"<tr>{''.join(_cell(cell.strip(), kind) for cell in cells)}</tr>")
-    return rows
+                parts.append(f"<tr>{''.join(_cell(cell.strip(), kind) for cell in cells)}</tr>")
+        parts.append(f"</{room}>")
+    return parts
 
 
 def _cell(text: str, kind: str) -> str:
