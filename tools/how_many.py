@@ -31,7 +31,7 @@ from fsel.selectors.pretrained import FOLDER
 
 HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY, FIRST = 8, 3  # one frame in so many is held out, from this one on
-FRAMES = (45, 70, 20, 30, 100, 12, 8)  # numbers of frames, in the order they are measured
+FRAMES = (45, 70, 100, 20, 30, 12, 8)  # numbers of frames, in the order they are measured
 STEPS = 600
 GAUSSIANS = {384: 20_000, 128: 6000}  # by pixels of the longer side
 
