@@ -45,7 +45,7 @@ class Kind(NamedTuple):
     in_proportion: bool = False
 
 
-LARGE, SMALL = "384", "128"
+LARGE, SMALL = "large", "small"
 KINDS = {
     LARGE: Kind(384),
     SMALL: Kind(128),

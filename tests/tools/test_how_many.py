@@ -75,8 +75,8 @@ def test_from_captures_to_the_record(tmp_path, monkeypatch):
     every = [(k, name, n) for k in (0, 6, 4) for name, n in (("a", 14), ("b", 10))]
     assert cells == [
         (kind, *cell)
-        for kind in ("384", "128", "even", "in_proportion")
-        for cell in every[0 if kind.isdigit() else 2 :]
+        for kind in ("large", "small", "even", "in_proportion")
+        for cell in every[0 if kind in ("large", "small") else 2 :]
     ]
     counts = [cell[1] or cell[3] for cell in cells]
     assert [frames for frames, _ in fitted] == counts
