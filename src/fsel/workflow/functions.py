@@ -12,7 +12,6 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "selections": f"{STAGES}.curate:selections",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
     "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
