@@ -209,15 +209,7 @@ def _add_view(commands) -> None:
     command.add_argument("source", type=Path, nargs="+", help=text)
     add_opening(command.add_argument_group("input"))
     add_size(command, default=480)
-    place = add_output(command, ".html file to write")
-    place.add_argument(
-        "--serve",
-        type=whole(0, 65535),
-        nargs="?",
-        const=8000,
-        metavar="PORT",
-        help="serve the page from this machine, for models of 100 MB and more (default: 8000)",
-    )
+    add_output(command, ".html file to write")
     command.set_defaults(capture=None, beside=[])
 
 
