@@ -12,6 +12,7 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
+    "split_labelled": f"{STAGES}.split:split_labelled",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
     "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
