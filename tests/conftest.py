@@ -25,3 +25,10 @@ def capture(tmp_path):
 
     write_ring(tmp_path / "capture")
     return tmp_path / "capture"
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """The folder of found poses and fetched weights, empty for each test."""
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
