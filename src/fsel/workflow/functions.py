@@ -41,7 +41,6 @@ LISTED = {
     "transfer": f"{PAPER}.transfer:transfer",
     "evaluate_reconchoice": f"{PAPER}.reconchoice:evaluate_reconchoice",
     "reconchoice": f"{PAPER}.reconchoice:reconchoice",
-    "imitation": f"{PAPER}.imitation:imitation",
     "pipeline_figure": f"{PAPER}.pipeline_figure:pipeline_figure",
     "teaser": f"{PAPER}.views:qualitative",
     "qualitative": f"{PAPER}.views:qualitative",

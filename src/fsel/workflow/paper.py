@@ -71,7 +71,6 @@ class Paper:
             TRANSFER: (partial(self.evaluations, TRANSFER, []), partial(self.budgets, "budgets")),
             CHOICE: (partial(self.evaluations, CHOICE, []), partial(self.budgets, "inputs")),
             "pipeline_figure": (labels,),
-            "imitation": (labels,),
             "teaser": (),
             "qualitative": (),
             "real_world": (partial(scenes.rooms, made),),
@@ -80,7 +79,7 @@ class Paper:
     def _paths(self, name: str) -> list[str]:
         if name == "qualitative":
             return [f"<figures>/qualitative_{d}.pdf" for d in self.experiment.labels()]
-        if name in ("pipeline_figure", "imitation", "teaser", "real_world"):
+        if name in ("pipeline_figure", "teaser", "real_world"):
             return [f"<figures>/{name.removesuffix('_figure')}.pdf"]
         return [f"<tables>/{name}.tex", f"<tables>/{name}.html"]
 
