@@ -137,9 +137,10 @@ def test_where_all_is_there_the_paper_s_config_plans_every_table_and_wants_a_gpu
 ):
     """Programs, weights and packages as far as the check looks; the GPUs are the cluster's."""
     config = paper_config(tmp_path, stand_ins=False)
-    for name in ("conda", "sbatch"):
-        path = tmp_path / "bin" / name
-        path.parent.mkdir(exist_ok=True)
+    environments = [f"envs/{name}/bin/python" for name in ("nerfstudio", "gsplat", "ffgs")]
+    for name in ("bin/conda", "bin/sbatch", *environments):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("#!/bin/sh\n")
         path.chmod(0o755)
     (tmp_path / "packages" / "timm").mkdir(parents=True)
@@ -156,7 +157,7 @@ def test_where_all_is_there_the_paper_s_config_plans_every_table_and_wants_a_gpu
     jobs = planned(result)
     assert "can be made" not in result.stdout + result.stderr
     assert set(Paper(experiment()).needs()) <= set(jobs)
-    counts = {"ingest": 193, "label": 5 * 90, "select": 103, "evaluate": 103}
+    counts = {"ingest": 103 + 90 + 30 + 20, "label": 5 * 90, "select": 103, "evaluate": 103}
     counts |= {"search_oracle": 21, "unpack": 16, "download": 9, "generate": 0}
     counts |= {"select_crosscapture": 6, "select_objects": 20, "qualitative": 6}
     counts |= {"select_paired": 21, "evaluate_paired": 21, "evaluate_scorer_arch": 21}

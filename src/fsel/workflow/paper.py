@@ -155,7 +155,7 @@ class Paper:
         if experiment.trained in experiment.datasets.missing:
             return [*lines, "  once the dataset of training.dataset is there"]
         made, left_out = self.possible()
-        names = ", ".join(path.rsplit("/")[-1] for path in made)
+        names = ", ".join(path.rsplit("/")[-1] for path in made if not path.endswith(".html"))
         return [*lines, f"  which makes {names}", *left_out]
 
     def compared(self, table: str) -> dict[str, Section]:
