@@ -43,19 +43,18 @@ def command(folder, *arguments):
     ]
 
 
-def acted(page, size, script, folder, served=None):
+def acted(page, size, script, folder):
     """What a script gives in a page that draws by software WebGL: see `_given`."""
-    return _given(page, size, script, folder, DRAWING, served)[0]
+    return _given(page, size, script, folder, DRAWING)[0]
 
 
-def _given(page, size, script, folder, options, served=None):
+def _given(page, size, script, folder, options):
     """What a script gives in a page, and what the browser wrote.
 
     Args:
         page: text of it.
         size: (width, height) of the window, pixels.
         script: the body of an asynchronous function, whose value is sent as JSON.
-        served: files that the page finds beside it, by path; it then comes from a server.
     """
     given, done = [], threading.Event()
 
@@ -66,13 +65,6 @@ def _given(page, size, script, folder, options, served=None):
             self.end_headers()
             done.set()
 
-        def do_GET(self):
-            found = {"/": (folder / "acted.html").read_bytes(), **(served or {})}
-            self.send_response(200 if self.path in found else 404)
-            self.send_header("Content-Type", "text/html" if self.path == "/" else "model/ply")
-            self.end_headers()
-            self.wfile.write(found.get(self.path, b""))
-
         def log_message(self, *said):
             pass
 
@@ -82,8 +74,7 @@ def _given(page, size, script, folder, options, served=None):
         (folder / "acted.html").write_text(page.replace("</body>", f"{own}</body>"))
         window = f"--window-size={size[0]},{size[1]}"
         run = command(folder, *options, window, "--remote-debugging-port=0")
-        at = f"http://127.0.0.1:{server.server_port}/"
-        run.append(at if served else (folder / "acted.html").as_uri())
+        run.append((folder / "acted.html").as_uri())
         browser = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
             assert done.wait(SECONDS), "the page gave nothing"

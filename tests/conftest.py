@@ -25,3 +25,20 @@ def capture(tmp_path):
 
     write_ring(tmp_path / "capture")
     return tmp_path / "capture"
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """The folder of found poses and fetched weights, empty for each test."""
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def quick_trials(monkeypatch):
+    """Selections are validated by few fits of few steps; tests/selection/test_halving.py has real
+    ones."""
+    from fsel.selection import halving
+
+    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
+    monkeypatch.setattr(halving, "MOST_SHARES", 1)

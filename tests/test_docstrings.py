@@ -24,7 +24,7 @@ def garden(tmp_path_factory):
 
 
 @pytest.mark.parametrize("shown", SHOWN, ids=lambda shown: shown.__qualname__)
-def test_an_example_runs(shown, garden, monkeypatch):
+def test_an_example_runs(shown, garden, quick_trials, monkeypatch):
     monkeypatch.chdir(garden)
     monkeypatch.setenv(limits.THREADS, "")
     (example,) = doctest.DocTestFinder(recurse=False).find(shown, globs={"fsel": fsel})

@@ -14,7 +14,6 @@ from small_captures import write_ring
 
 from fsel.cli import main
 from fsel.reconstruct.gaussians.settings import QUALITIES
-from fsel.selection import halving
 from fsel.selectors.scorer import Network
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -33,7 +32,7 @@ def run(tmp_path, monkeypatch, capsys):
     return run
 
 
-def test_select_and_compare(tmp_path, run):
+def test_select_and_compare(tmp_path, run, quick_trials):
     write_ring(tmp_path / "ring")
     printed = run(ROOT / "examples" / "select_and_compare.py", "ring", 6).splitlines()
     assert printed[0] == "24 frames, 3 held out"
@@ -86,7 +85,7 @@ def test_the_notebook_shows_what_it_computes_and_that_the_picks_are_ahead(tmp_pa
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/reference.md"])
-def test_code_in_the_docs_runs(page, tmp_path, run):
+def test_code_in_the_docs_runs(page, tmp_path, run, quick_trials):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
     assert blocks
     for code in blocks:
@@ -97,7 +96,7 @@ def test_code_in_the_docs_runs(page, tmp_path, run):
         assert list(tmp_path.glob("*.ply"))
 
 
-def test_commands_in_the_docs_run(tmp_path, monkeypatch):
+def test_commands_in_the_docs_run(tmp_path, quick_trials, monkeypatch):
     blocks = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "cli.md").read_text(), re.S)
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
     # as few steps, pixels and frames as a test has time for
@@ -105,8 +104,6 @@ def test_commands_in_the_docs_run(tmp_path, monkeypatch):
         "-k 10,20,30": "-k 10,12 --reconstructor splats --long-side 48",
         "--video garden.mp4": "--video garden.mp4 --seconds 0.2 --long-side 96",
     }
-    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
-    monkeypatch.setattr(halving, "MOST_SHARES", 1)
     quick = replace(QUALITIES["draft"], long_side=48, gaussians=200, steps=3)
     monkeypatch.setitem(QUALITIES, "draft", quick)
     for given, small in shorter.items():

@@ -30,7 +30,6 @@ TESTS = (
     "tests/metrics/test_metrics.py",
     "tests/selectors/baselines/test_covisibility.py",
     "tests/selectors/baselines/test_splat_views.py",
-    "tests/reconstruct/gaussians/test_gradients.py",
     "tests/reconstruct/gaussians/test_optimisation.py",
     "tests/reconstruct/gaussians/test_rendering.py",
     "tests/reconstruct/radiance_field/test_grid.py",

@@ -55,7 +55,6 @@ def test_a_signal_amid_imports_is_one_line(number, code, module):
         ("--max-error nan", ["--max-error: 'nan' is out of range"]),
         ("-k ten", ["-k", "'ten'", "allowed: a whole number, or auto"]),
         ("--rate x", ["--rate", "'x'", "allowed: more than 0"]),
-        ("--blocks x", ["--blocks", "'x'", "allowed: a whole number, 2 or more"]),
         ("--link --long-side 32", ["--long-side", "--link"]),
         ("--box 0 0 0 1 1 1 --masks m", ["--masks", "--box"]),
     ],

@@ -1,7 +1,6 @@
 """Bad frames in the commands: told, listed, left out, and what keeps them."""
 
 import csv
-import json
 
 import cv2
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from small_captures import damage_pixels, film, record_of, ring, select
 
 import fsel
-from fsel.captures.quality import examination
 
 BLURRED, DARK, BROKEN = "frame_005.jpg", "frame_011.jpg", "frame_017.jpg"
 BAD = {BLURRED, DARK, BROKEN}
@@ -50,17 +48,6 @@ def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
     assert f"exposure  1 frame left out: {DARK} (" in capsys.readouterr().out
     assert {f["blurred"] for f in content["frames"]} == {False}
     assert (tmp_path / "out" / "report.html").read_text().count('class="frame bad"') == 3
-
-
-def test_blocks_leave_out_what_the_whole_does_and_decode_it_once(spoilt, tmp_path, monkeypatch):
-    looked, look = [], examination._look
-    monkeypatch.setattr(examination, "_look", lambda *of: looked.append(of[1]) or look(*of))
-    out = tmp_path / "out"
-    assert select(spoilt, "-k", 8, "--blocks", 2, "--patience", 0, "-o", out) == 0
-    assert sorted(looked) == list(range(24))
-    for block in json.loads((out / "blocks.json").read_text())["blocks"]:
-        gone = {bad["name"] for bad in record_of(out / block["folder"])["bad"] if bad["left_out"]}
-        assert gone == BAD & set(block["frames"])
 
 
 def test_the_call_leaves_out_what_the_command_does(spoilt):

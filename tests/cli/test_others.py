@@ -19,7 +19,6 @@ from fsel.cli import compare, console
 from fsel.cli.console import Console
 from fsel.core.points import SparsePoints
 from fsel.reconstruct.gaussians.settings import QUALITIES
-from fsel.selection import halving
 from fsel.selection.budget import shipped
 from fsel.selection.scene_depth import viewing_distance
 
@@ -72,7 +71,7 @@ def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     assert found["how_many"] == json.loads(json.dumps(asdict(table)))
     assert table.total == 23  # without the blurred one
     assert str(table) in printed
-    assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
+    assert select(capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())
     assert found["enough"] == picked["budget"]["reason"]
 
@@ -178,9 +177,7 @@ def test_compare_picks_as_select_does_fewer_and_more_than_targets(capture, tmp_p
     assert not set(rows[0]["picks"][0]) <= set(rows[1]["picks"][0])  # not nested
 
 
-def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path, monkeypatch):
-    monkeypatch.setattr(halving, "MOST_SHARES", 1)  # as few fits as can be, and as short
-    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
+def test_compare_tries_as_select_does_without_the_held_out_views(capture, tmp_path, quick_trials):
     out, asked = tmp_path / "out", ["-k", 6, "--methods", "tried,fsel,uniform", "--keep-bad"]
     asked += ["--reconstructor", "splats", "--long-side", 48]
     assert run("compare", capture, *asked, "-o", out) == 0

@@ -1,11 +1,7 @@
-"""`fsel view`: what it takes for what, the page it writes, and what it serves."""
+"""`fsel view`: what it takes for what, and the page it writes."""
 
 import json
 import re
-import socket
-import sys
-import threading
-import urllib.request
 
 import numpy as np
 import pytest
@@ -13,7 +9,7 @@ from browsing import decoded, pictures
 from small_captures import write_ring
 
 from fsel.captures.images import previews
-from fsel.cli import main, view
+from fsel.cli import main
 from fsel.reconstruct import ply
 
 
@@ -45,7 +41,7 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
     record = json.loads((made / "picked" / "selection.json").read_text())
     orders = {entry["name"]: entry["order"] for entry in record["frames"]}
     assert {entry["name"]: entry["order"] for entry in picks} == orders
-    assert content["model"]["packed"]
+    assert content["model"]
     assert all(entry["picture"].startswith("data:image/jpeg") for entry in content["cameras"])
     assert main(["view", str(made / "picked"), "-o", str(out)]) == 1
     assert main(["view", str(made / "picked"), "-o", str(out), "--force"]) == 0
@@ -82,31 +78,3 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
     assert main(["view", *given, *out]) == 1
     assert said in capsys.readouterr().err
     assert not (made / "page.html").exists()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="there, two may listen at one port")
-def test_a_port_that_another_program_has_is_refused(made, capsys):
-    with socket.create_server(("127.0.0.1", 0)) as other:
-        port = str(other.getsockname()[1])
-        assert main(["view", str(made / "ring"), "--serve", port]) == 1
-    assert f"--serve {port}: Address already in use. Hint: another" in capsys.readouterr().err
-
-
-def test_a_server_gives_the_page_and_the_model_until_ctrl_c(made, monkeypatch):
-    serve, found = view.ThreadingHTTPServer.serve_forever, {}
-
-    def visited(server):
-        threading.Thread(target=serve, args=[server]).start()
-        place = f"http://127.0.0.1:{server.server_port}/"
-        for name in ("", view.MODEL):
-            with urllib.request.urlopen(place + name) as answer:
-                found[name] = answer.read()
-        server.shutdown()
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(view.ThreadingHTTPServer, "serve_forever", visited)
-    assert main(["view", str(made / "model.ply"), "--serve", "0"]) == 0
-    content = data_of(found[""].decode())
-    assert content["model"] == {"url": view.MODEL}
-    (made / "served.ply").write_bytes(found[view.MODEL])
-    np.testing.assert_allclose(ply.read(made / "served.ply").xyz + content["origin"], [[1, 1, 1]])

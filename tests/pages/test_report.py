@@ -93,7 +93,7 @@ return [clicked, view.at, document.getElementById('name').textContent,
 
 
 @pytest.fixture
-def out(tmp_path):
+def out(tmp_path, quick_trials):
     write_ring(tmp_path / "capture <b>&")
     arguments = ["-k", "7", "--targets", "every:8", "-o", str(tmp_path / "out")]
     assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0

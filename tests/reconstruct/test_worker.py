@@ -13,14 +13,13 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from coloured_wall import wall
 from selection_problems import around, pointed
 from small_captures import ring
 from worker_checks import check_worker
 
 from fsel.core.programs import Unfinished, tail
 from fsel.evaluation.evaluator import Evaluator
-from fsel.reconstruct import RECONSTRUCTORS, check_needs
+from fsel.reconstruct import check_needs
 from fsel.reconstruct.external import External
 from fsel.reconstruct.external.files import write_files
 from fsel.reconstruct.external.worker import close_all
@@ -148,22 +147,6 @@ def test_files_hold_the_selected_frames_in_every_form(capture, tmp_path):
         np.testing.assert_allclose(np.linalg.inv(matrix)[:3], pose, atol=1e-12)
         lens = [stated[row][key] for key in ("fl_x", "fl_y", "cx", "cy")]
         assert lens == capture.intrinsics[frame].tolist()
-
-
-@pytest.mark.parametrize(
-    ("name", "settings"), [("splats", {}), ("gaussians", {"steps": 20, "gaussians": 300})]
-)
-def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
-    capture = wall(frames=14)
-    serve = ["{python}", "{recipes}/registered.py", name]
-    serve += [f"{key}={value}" for key, value in settings.items()]
-    served = External(capture, serve=serve, timeout=600)
-    own = RECONSTRUCTORS[name](capture, **settings)
-    views = capture.view(np.arange(3))
-    for frames in (np.arange(4, 10), np.arange(5, 14)):
-        model, here = served.fit(frames), own.fit(frames)
-        np.testing.assert_array_equal(model.render(views), here.render(views))
-        assert (model.primitives, model.bytes) == (here.primitives, here.bytes)
 
 
 @pytest.mark.parametrize(

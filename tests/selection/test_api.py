@@ -168,9 +168,10 @@ def test_dropping_a_pick_changes_that_pick_alone(ring, tmp_path):
     (tmp_path / "frames.txt").write_text("\n".join(chosen.names))
     always, never = [str(tmp_path / "frames.txt")], [chosen.names[1]]
     picks = set(chosen.indices.tolist()) - {lost}
-    (other,) = set(fsel.select(ring, 6, always=always, never=never).indices.tolist()) - picks
+    asked = {"never": never, "patience": 0}
+    (other,) = set(fsel.select(ring, 6, always=always, **asked).indices.tolist()) - picks
     assert other in {(lost - 1) % 24, (lost + 1) % 24}
     kept = next(i for i in range(24) if i not in picks | {lost, other})
     wanted = [*always, f"frame_{kept:03d}.jpg"]
-    assert set(fsel.select(ring, 6, always=wanted, never=never).indices) == picks | {kept}
-    assert set(fsel.select(ring, 7, always=wanted).indices) == picks | {lost, kept}
+    assert set(fsel.select(ring, 6, always=wanted, **asked).indices) == picks | {kept}
+    assert set(fsel.select(ring, 7, always=wanted, patience=0).indices) == picks | {lost, kept}

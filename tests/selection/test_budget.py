@@ -121,7 +121,7 @@ def test_the_picks_are_those_of_the_number_that_is_found(ring):
 
 def test_what_is_kept_fits_the_memory(ring):
     memory = 5 * 64 * 48 * SPLAT + 7
-    chosen = fsel.select(ring, fsel.Auto(memory=memory))
+    chosen = fsel.select(ring, fsel.Auto(memory=memory), patience=0)
     assert len(chosen.names) == 5
     model = fsel.fit(ring, chosen.indices, opacity=0.0)
     assert model.bytes == SPLAT * model.primitives

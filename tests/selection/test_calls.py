@@ -55,7 +55,7 @@ def written(folder):
 
 
 @pytest.mark.parametrize("line", ["-k 6 --targets every:6", "-k 6", "-k auto --targets every:6"])
-def test_a_folder_gives_the_picks_and_the_files_of_the_command(line, ring, tmp_path):
+def test_a_folder_gives_the_picks_and_the_files_of_the_command(line, ring, quick_trials, tmp_path):
     words = line.split()
     k = words[1] if words[1] == "auto" else int(words[1])
     chosen = fsel.select(str(ring), k, words[3] if words[3:] else None)
@@ -91,7 +91,7 @@ def test_a_reconstruction_and_a_json_are_selected_from_without_images(
     names = tuple((tmp_path / "blind" / "frames.txt").read_text().split())
     assert fsel.select(model, 6).names == fsel.select(content, 6).names == names
     held_out = fsel.select(model, 6, EVERY)
-    assert held_out.names == fsel.select(ring, 6, EVERY, sharpness=np.zeros(24)).names
+    assert held_out.names == fsel.select(ring, 6, EVERY, sharpness=np.zeros(24), patience=0).names
     with pytest.raises(ValueError, match="poses but no images"):
         fsel.select(model, 6, method="sharpest")
     with pytest.raises(ValueError, match="no image files"):
@@ -108,7 +108,7 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
     asked = []
     (tmp_path / "walk.mp4").touch()
     monkeypatch.setattr(opening, "opened", lambda how: asked.append(how) or captured(ring))
-    chosen = fsel.select(tmp_path / "walk.mp4", 5, EVERY)
+    chosen = fsel.select(tmp_path / "walk.mp4", 5, EVERY, patience=0)
     with pytest.raises(ValueError, match="views=True"):
         fsel.select(tmp_path / "walk.mp4", 5, views=True)
     walk = opening.Opening((tmp_path / "walk.mp4",))
@@ -157,8 +157,9 @@ def test_targets_as_poses_names_numbers_or_a_mask(capture):
     assert fsel.select(capture, 5, poses).names == views.names
     assert fsel.select(capture, 5, square.tolist()).names == views.names
     numbers = fsel.select(capture, 5, [0, 6, 12, 18], patience=0)
-    assert fsel.select(capture, 5, capture.names[::6]).names == numbers.names
-    assert fsel.select(capture, 5, np.arange(24) % 6 == 0).names == numbers.names
+    assert fsel.select(capture, 5, capture.names[::6], patience=0).names == numbers.names
+    masked = fsel.select(capture, 5, np.arange(24) % 6 == 0, patience=0)
+    assert masked.names == numbers.names
     np.testing.assert_array_equal(numbers.held_out, [0, 6, 12, 18])
     assert len(views.held_out) == 0
 
@@ -183,7 +184,7 @@ def test_fit_and_evaluate_take_names(capture):
 
 
 def test_what_is_printed_is_short(capture):
-    chosen = fsel.select(capture, 5, EVERY)
+    chosen = fsel.select(capture, 5, EVERY, patience=0)
     assert tuple(chosen) == chosen.names
     first = ", ".join(chosen.names[:3])
     assert repr(chosen) == f"Selection(5 frames: {first}, ...; 4 held out)"

@@ -169,7 +169,7 @@ def test_what_few_frames_say_or_one_of_several_selections_is_chance():
         assert SuccessiveHalving(score, picks, FRAMES[:n]).run(1, ENDLESS).kept == kept
 
 
-def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
+def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring, quick_trials):
     capture = fsel.read_capture(ring, long_side=32)
     rule = fsel.select(capture, 5, method="fsel")
     assert rule.tried is None

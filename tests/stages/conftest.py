@@ -11,8 +11,7 @@ from fsel.stages.features import features
 from fsel.stages.label import label
 from fsel.stages.order import order
 from fsel.stages.select import select
-from fsel.stages.split import split
-from fsel.stages.split_labelled import split_labelled
+from fsel.stages.split import split, split_labelled
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ from fsel.stages.evaluate import evaluate
 from fsel.stages.features import features
 from fsel.stages.order import order
 from fsel.stages.select import select
-from fsel.stages.split import split
-from fsel.stages.split_labelled import split_labelled
+from fsel.stages.split import split, split_labelled
 
 scene, labelled, out = map(Path, sys.argv[1:])
 files = [out / f"{name}.parquet" for name in ("split", "features", "selections", "evaluation")]

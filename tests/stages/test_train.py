@@ -5,7 +5,7 @@ import pandas as pd
 
 from fsel.core.files import read_columns
 from fsel.core.split import splits_in
-from fsel.stages.split_labelled import split_labelled
+from fsel.stages.split import split_labelled
 from fsel.stages.train import train
 from fsel.training import labelled as reading
 from fsel.training.labelled import labelled_problems

@@ -48,7 +48,7 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
-    once = {"handsign", "seedvar", "ga_vs_learned", "pipeline_figure", "imitation", "teaser"}
+    once = {"handsign", "seedvar", "ga_vs_learned", "pipeline_figure", "teaser"}
     once |= {"time_quality", "feature_sweep", "scorer_arch", "transfer", "reconchoice"}
     once |= {"crosscapture", "objectcentric", "real_world", "measure_costs", "evaluate_geometry"}
     once |= {"evaluate_searched"}  # of the held-out training dataset alone

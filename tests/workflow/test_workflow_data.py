@@ -132,12 +132,15 @@ def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
     assert page.count("no program 'conda' in") == 1
 
 
-def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, monkeypatch):
+def test_where_all_is_there_the_paper_s_config_plans_every_table_and_wants_a_gpu(
+    tmp_path, monkeypatch
+):
     """Programs, weights and packages as far as the check looks; the GPUs are the cluster's."""
     config = paper_config(tmp_path, stand_ins=False)
-    for name in ("conda", "sbatch"):
-        path = tmp_path / "bin" / name
-        path.parent.mkdir(exist_ok=True)
+    environments = [f"envs/{name}/bin/python" for name in ("nerfstudio", "gsplat", "ffgs")]
+    for name in ("bin/conda", "bin/sbatch", *environments):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("#!/bin/sh\n")
         path.chmod(0o755)
     (tmp_path / "packages" / "timm").mkdir(parents=True)
@@ -150,9 +153,15 @@ def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, m
         file.touch()
     monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"), prepend=os.pathsep)
-    jobs = planned(dry_run(tmp_path, config))
-    counts = {"ingest": 193, "label": 5 * 90, "select": 103, "evaluate": 103}
+    result = dry_run(tmp_path, config, "all", "paper")
+    jobs = planned(result)
+    assert "can be made" not in result.stdout + result.stderr
+    assert set(Paper(experiment()).needs()) <= set(jobs)
+    counts = {"ingest": 103 + 90 + 30 + 20, "label": 5 * 90, "select": 103, "evaluate": 103}
     counts |= {"search_oracle": 21, "unpack": 16, "download": 9, "generate": 0}
+    counts |= {"select_crosscapture": 6, "select_objects": 20, "qualitative": 6}
+    counts |= {"select_paired": 21, "evaluate_paired": 21, "evaluate_scorer_arch": 21}
+    counts |= {"evaluate_feature_sweep": 30}
     assert {name: jobs[name] for name in counts} == counts
     (tmp_path / "bin" / "sbatch").unlink()
     for name in ("bash", "which"):
@@ -168,17 +177,6 @@ def test_the_paper_s_config_has_the_paper_s_scenes():
         numbers.update({"evaluation": len(scenes)} if isinstance(scenes, list) else scenes)
     # the paper's tables of scene counts: 21, 6, 9, 30, 30, 7; 30 of ScanNet++ for features; objects
     assert numbers == {"evaluation": 103, "validation": 50, "train": 70, "object": 20}
-
-
-def test_the_paper_s_config_plans_every_table(tmp_path):
-    result = dry_run(tmp_path, paper_config(tmp_path), "paper")
-    jobs = planned(result)
-    assert "can be made" not in result.stdout + result.stderr
-    assert set(Paper(experiment()).needs()) <= set(jobs)
-    counts = {"select_crosscapture": 6, "select_objects": 20, "qualitative": 6}
-    counts |= {"select_paired": 21, "evaluate_paired": 21, "evaluate_scorer_arch": 21}
-    counts |= {"evaluate_feature_sweep": 30}
-    assert {name: jobs[name] for name in counts} == counts
 
 
 def test_what_cannot_be_made_of_the_paper_is_listed_and_blocks_nothing_else(tmp_path):

@@ -613,24 +613,6 @@ use rule table as pipeline_figure with:
         facts=experiment.facts([experiment.trained]),
 
 
-use rule table as imitation with:
-    input:
-        logs=inputs.scorer_files(experiment, "less_is_more")["logs"],
-    output:
-        **shown(
-            "imitation",
-            "Imitation of the search",
-            figures=inputs.figure_files("imitation"),
-            numbers="<figures>/imitation.csv",
-        ),
-    log:
-        "<results>/logs/imitation.log",
-    params:
-        lib=experiment.library("imitation"),
-        scenes=experiment.labelled,
-        facts=experiment.facts([experiment.trained]),
-
-
 use rule generate as generate_pictures with:
     output:
         folder=directory("<results>/{dataset}/{scene}/pictures/data"),

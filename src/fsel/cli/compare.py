@@ -158,7 +158,7 @@ def _selected(
     blurred = np.empty(0)
     with console.clock("selecting"):
         if not args.keep_bad:
-            health = examined(opened, console.bar("health"), matching=args.check_poses)
+            health = examined(opened, console.bar("health"))
             targets, health = without_bad(targets, capture, max(args.k), health, console)
             blurred = health.of_kind(BLURRED)
         bar = console.bar("sharpness")

@@ -32,7 +32,7 @@ from fsel.selection.scene_depth import viewing_distance
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = open_capture.opened(args, console)
-    health = examined(opened, console.bar("health"), matching=args.check_poses)
+    health = examined(opened, console.bar("health"))
     with console.clock("points"):
         capture = opened.with_points()
     result = described(opened, capture, health)

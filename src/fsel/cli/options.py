@@ -206,14 +206,6 @@ def add_threads(
     command.add_argument("--threads", type=whole(1), metavar="N", help=text)
 
 
-def add_checking(command: argparse.ArgumentParser) -> None:
-    text = (
-        "match every frame with two neighbours, to find misplaced frames without sparse points; "
-        "takes a few tenths of a second per frame"
-    )
-    command.add_argument("--check-poses", action="store_true", help=text)
-
-
 def add_keeping(command: argparse._ActionsContainer) -> None:
     text = (
         "skip the search for bad frames (blurred, misplaced, badly exposed) and allow them as picks"

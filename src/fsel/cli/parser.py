@@ -14,7 +14,6 @@ from typing import Any, NoReturn
 
 from fsel.cli.options import (
     add_captures,
-    add_checking,
     add_features,
     add_keeping,
     add_object,
@@ -94,7 +93,6 @@ def parser() -> argparse.ArgumentParser:
     add_select(commands)
     text = "Describe a capture, find its bad frames, and suggest how many frames to keep."
     info = capture_command(commands, "info", text)
-    add_checking(info)
     add_threads(info)
     _add_compare(commands)
     _add_reconstruct(commands)
@@ -157,7 +155,6 @@ def _add_compare(commands) -> None:
     )
     command.add_argument("--targets", metavar="WHAT", default="every:8", help=text)
     add_keeping(command)
-    add_checking(command)
     add_object(command, "compare only frames that show the object, inside the masks")
     command.add_argument("--seed", type=whole(0), default=0, help="seed of random methods")
     text = "gaussians (default where all fits take two minutes of a core), splats, ..."
@@ -212,15 +209,7 @@ def _add_view(commands) -> None:
     command.add_argument("source", type=Path, nargs="+", help=text)
     add_opening(command.add_argument_group("input"))
     add_size(command, default=480)
-    place = add_output(command, ".html file to write")
-    place.add_argument(
-        "--serve",
-        type=whole(0, 65535),
-        nargs="?",
-        const=8000,
-        metavar="PORT",
-        help="serve the page from this machine, for models of 100 MB and more (default: 8000)",
-    )
+    add_output(command, ".html file to write")
     command.set_defaults(capture=None, beside=[])
 
 

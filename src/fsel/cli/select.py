@@ -58,28 +58,13 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(f"--loss {args.loss:g} needs -k auto")
     wanted = _request(args)
     vet(wanted)  # before poses are sought
-    if args.blocks:
-        from fsel.cli import blocks  # here: sparse algebra takes long to import
-
-        blocks.vet(args)
     with staged(args.out, inputs_of(args), args.force) as stage:
         source = opened(args, console)
         form = _form(args, source)
         subset.check_cameras(source.raw, form.undistort)
         number = _auto(args, source, form) if args.k == AUTO else args.k
         wanted = replace(wanted, source=source, k=number)
-
-        def select(request: SelectionRequest, name: str = "") -> dict:
-            (stage / name).mkdir(exist_ok=True)
-            own = time.perf_counter() if name else started
-            if name:
-                console.say(name, counted(len(request.capture), "frame"))
-            return _selected(args, console, stage / name, args.out / name, request, form, own)
-
-        if args.blocks:
-            content = blocks.run(wanted, args.blocks, select, stage, console)
-        else:
-            content = select(wanted)
+        content = _selected(args, console, stage, wanted, form, started)
     _say_end(args, console, content, time.perf_counter() - started)
     console.give(content)
 
@@ -88,24 +73,22 @@ def _selected(
     args: argparse.Namespace,
     console: Console,
     stage: Path,
-    place: Path,
     request: SelectionRequest,
     form: subset.Form,
     started: float,
 ) -> dict:
-    """Select as a request says, and write what will be at a place; return the record's content."""
+    """Select as a request says, and write it to a stage; return the record's content."""
     source = request.opened
     assert source is not None
     seconds = {"read": time.perf_counter() - started}
     checked = checked_request(request)
-    if not args.blocks:
-        _say_request(console, checked, source)
+    _say_request(console, checked, source)
     with _trying(checked.patience, console) as patience:
         outcome = select_frames(replace(checked, patience=patience), console)
     written = time.perf_counter()
     outcome = _write(stage, source, outcome, form, console)
     content = record.content(outcome, source, form, _stated(args))
-    shown = _shown(args, source, outcome, content, place)
+    shown = _shown(args, source, outcome, content)
     (stage / REPORT).write_text(page(shown), encoding="utf-8")
     seconds |= outcome.seconds | {"write": time.perf_counter() - written}
     seconds["total"] = time.perf_counter() - started
@@ -184,7 +167,7 @@ def _write(
 
 
 def _shown(
-    args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict, place: Path
+    args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict
 ) -> ReportContent:
     """Return what the report shows; pictures where images are looked at."""
     pictures = outcome.health.pictures if outcome.health else {}
@@ -198,7 +181,7 @@ def _shown(
         picked=content["frames"],
         left=content["left"],
         pictures=pictures,
-        commands=commands(args, place),
+        commands=commands(args),
         notes=notes(source.found),
         times={shot["name"]: shot["seconds"] for shot in (source.found or {}).get("video", ())},
     )
@@ -240,14 +223,15 @@ def _say_outcome(console: Console, outcome: Outcome) -> None:
 
 def _say_end(args: argparse.Namespace, console: Console, content: dict, seconds: float) -> None:
     """Print what was cut, where the result is, and what comes next."""
-    blocks = content.get("blocks", [content])
-    if fits := sum(one["tried"]["fits"] for one in blocks if one["tried"] and one["tried"]["cut"]):
-        console.say("stopped", f"trying, after {counted(fits, 'fit')}: more may keep other picks")
-    if not (args.blocks or content["targets"]["held_out"]):
+    tried = content["tried"]
+    if tried and tried["cut"]:
+        fits = counted(tried["fits"], "fit")
+        console.say("stopped", f"trying, after {fits}: more may keep other picks")
+    if not content["targets"]["held_out"]:
         hint = "" if args.targets else " (--targets every:8 holds frames out)"
         console.say("held out", f"none: nerfstudio evaluates on the picks themselves{hint}")
-    place = args.out / blocks[0]["folder"] if args.blocks else args.out
-    console.say("written", f"{args.out} after {seconds:.2f} s")
+    place = args.out
+    console.say("written", f"{place} after {seconds:.2f} s")
     console.say("open", shlex.quote(str(place / REPORT)))
     console.say("next", shlex.join(["fsel", "reconstruct", str(place), "-o", f"{place}.ply"]))
 
@@ -267,12 +251,12 @@ def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
         yield replace(patience, progress=progress)
 
 
-def commands(args: argparse.Namespace, place: Path) -> Commands:
-    """Return the command lines that the report of a selection at a place offers."""
+def commands(args: argparse.Namespace) -> Commands:
+    """Return the command lines that the report of a selection offers."""
+    place = args.out
     editing = ["fsel", *without(args.words, AGAINST), "-o", f"{place}_edit"]
     view = ["fsel", "view", str(place), "-o", f"{place}.html"]
-    edited = "" if args.blocks else shlex.join(editing)
-    return Commands(edited, str(place / FRAMES), shlex.join(view))
+    return Commands(shlex.join(editing), str(place / FRAMES), shlex.join(view))
 
 
 def without(words: Sequence[str], options: Sequence[str]) -> list[str]:

@@ -67,8 +67,6 @@ def _add_number(group: argparse._ArgumentGroup) -> None:
     text += ", ".join(TRAINERS)
     group.add_argument("--vram", type=size_in_bytes, metavar="SIZE", help=text)
     group.add_argument("--trainer", choices=TRAINERS, help=argparse.SUPPRESS)
-    text = "cut a large scene into N overlapping blocks of cameras, and pick -k frames of each"
-    group.add_argument("--blocks", type=whole(2), metavar="N", help=text)
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:

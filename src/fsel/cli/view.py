@@ -5,11 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import suppress
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -26,7 +22,6 @@ from fsel.pages.shown import adds
 from fsel.reconstruct import ply
 from fsel.selection.export.record import RECORD
 
-MODEL = "model.ply"  # where a page that is served finds it
 KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"
 
 
@@ -37,13 +32,10 @@ Sources = dict[str, Path]
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     sources = sources_of(args.source)
-    if args.out is not None and args.out.suffix.lower() != ".html":
+    if args.out.suffix.lower() != ".html":
         raise ValueError(f"{args.out}: a page must be an .html file. Hint: -o NAME.html")
-    if args.serve is not None:
-        _serve(args, sources, console)
-        return
     with staged(args.out, sources.values(), args.force, folder=False) as stage:
-        content, _ = _scene(args, sources, console)
+        content = _scene(args, sources, console)
         page = _page(sources, content)
         stage.write_text(page, encoding="utf-8")
     console.say("written", f"{args.out}: {len(page) / 1e6:.1f} MB, opens in a browser")
@@ -72,17 +64,15 @@ def sources_of(given: list[Path]) -> Sources:
     return found
 
 
-def _scene(
-    args: argparse.Namespace, sources: Sources, console: Console, url: str | None = None
-) -> tuple[dict, ply.Cloud | None]:
-    """Return the content of the page, and the Gaussians that it shows."""
+def _scene(args: argparse.Namespace, sources: Sources, console: Console) -> dict:
+    """Return the content of the page."""
     cloud = None
     if "model" in sources:
         cloud = ply.read(sources["model"])
         ply.check_filled(sources["model"], len(cloud.xyz))
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if "capture" not in sources:
-        return viewer.scene(None, [], cloud, url=url), cloud
+        return viewer.scene(None, [], cloud)
     args.capture = sources["capture"]
     record = record_of(sources["selection"]) if "selection" in sources else {}
     open_as(args, record)
@@ -99,7 +89,7 @@ def _scene(
     said = [f"{states[key]} {one['label']}" for key, one in viewer.STATES.items() if states[key]]
     counts = counted(len(cameras), "camera")
     console.say("capture", f"{counts}, {opened.layout}: {', '.join(said)}")
-    return viewer.scene(capture, cameras, cloud, capture.points, url), cloud
+    return viewer.scene(capture, cameras, cloud, capture.points)
 
 
 def _cameras(
@@ -133,33 +123,3 @@ def _page(sources: Sources, content: dict) -> str:
         return with_view(file.read_text(encoding="utf-8"), viewer.component(content))
     except (OSError, ValueError) as error:
         raise ValueError(f"{file}: {error}") from error
-
-
-def _serve(args: argparse.Namespace, sources: Sources, console: Console) -> None:
-    """Answer a browser on this machine until Ctrl-C."""
-    with TemporaryDirectory() as folder, _server(args.serve, folder) as server:
-        content, cloud = _scene(args, sources, console, url=MODEL)
-        Path(folder, "index.html").write_text(_page(sources, content), encoding="utf-8")
-        if cloud is not None:
-            Path(folder, MODEL).write_bytes(viewer.moved(cloud, np.array(content["origin"])))
-        console.say("serving", f"http://127.0.0.1:{server.server_port}/ until Ctrl-C")
-        with suppress(KeyboardInterrupt):
-            server.serve_forever()
-
-
-def _server(port: int, folder: str) -> ThreadingHTTPServer:
-    """Return a server of a folder for browsers on this machine; ValueError for a port in use."""
-    try:
-        return ThreadingHTTPServer(("127.0.0.1", port), partial(_Files, directory=folder))
-    except OSError as error:
-        raise ValueError(f"--serve {port}: {error.strerror}. Hint: another port") from error
-
-
-class _Files(SimpleHTTPRequestHandler):
-    """Answer with the files of a folder, and print nothing: a person looks at the page."""
-
-    def copyfile(self, source, outputfile) -> None:
-        with suppress(ConnectionError):  # the page was closed
-            super().copyfile(source, outputfile)
-
-    def log_message(self, *said: object) -> None: ...

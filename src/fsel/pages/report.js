@@ -94,6 +94,6 @@
       frame.hidden = wanted !== 'all' && !frame.classList.contains(wanted);
     });
   });
-  get('wishes').hidden = !data.editing;
+  get('wishes').hidden = false;
   update();
 })();

@@ -11,7 +11,6 @@ from types import NoneType
 import numpy as np
 
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.quality import Health
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
@@ -39,7 +38,7 @@ class SelectionRequest:
     whether it can be made.
 
     Without a `source`, the capture is yet to be opened. Without `images`, nothing is tried and
-    nothing measured. `health` says which frames are bad, if known.
+    nothing measured.
     """
 
     source: Capture | LazyCapture | None
@@ -57,7 +56,6 @@ class SelectionRequest:
     keep_bad: bool = False
     images: bool = True
     views: bool = False
-    health: Health | None = None
 
     @property
     def opened(self) -> LazyCapture | None:

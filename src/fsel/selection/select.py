@@ -34,7 +34,7 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     targets, number, health, found = checked.targets, checked.k, None, None
     began, filed = time.perf_counter(), opened or of_capture(checked.capture)
     if filed is not None and not request.keep_bad:
-        health = request.health or examined(filed, reporter.bar("health"), images=request.pictured)
+        health = examined(filed, reporter.bar("health"), images=request.pictured)
         targets, health = without_bad(targets, checked.capture, checked.k, health, reporter)
     if isinstance(number, Auto):
         pool = len(targets.pool(checked.capture))

@@ -14,7 +14,7 @@ from fsel.core.registry import Registry
 from fsel.features.appearance import LAB_HOG, descriptors
 from fsel.selection.bad_frames import in_words
 from fsel.selectors.baselines import METHODS, PRACTICE, WITHOUT_POSES
-from fsel.selectors.baselines.farthest_appearance import farthest
+from fsel.selectors.baselines.before_poses import farthest
 
 DEFAULT = "best_n"
 _HOMES = PRACTICE.homes | METHODS.homes

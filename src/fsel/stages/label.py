@@ -38,7 +38,7 @@ def label(
     """Label a training scene at one coverage level.
 
     Args:
-        splits: what `fsel.stages.split_labelled` wrote.
+        splits: what `split_labelled` wrote.
         labels: receives the subsets, see `fsel.training.search.search_table`.
         coverage: per cent.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.

@@ -1,14 +1,14 @@
-"""The targets of every draw, their proxies and the candidates."""
+"""Targets, their proxies and the candidates: of every draw, or at every coverage level."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.files import File, Files, write_table
-from fsel.core.split import evaluation_split, partition
+from fsel.core.files import File, Files, repeated, stacked, write_table
+from fsel.core.split import coverage_split, evaluation_split, partition
 
 
 def split(
@@ -34,3 +34,19 @@ def split(
         else:
             made = evaluation_split(capture, draw, seed, targets)
         write_table(made.table(capture.names), output, units={}, config=config)
+
+
+def split_labelled(
+    folder: File, splits: File, *, coverages: Sequence[int], seed: int, config: str
+) -> None:
+    """Draw the targets of a scene that will be labelled at each of the coverages, in per cent.
+
+    See the paper's Appendix A.2. `splits` receives `fsel.core.split.Split.table`, with the
+    coverage.
+    """
+    capture = Capture.load(folder)
+    parts = []
+    for coverage in coverages:
+        table = coverage_split(capture, coverage, seed).table(capture.names)
+        parts.append(table | repeated({"coverage": coverage}, len(table["frame"])))
+    write_table(stacked(parts), splits, units={"coverage": "percent"}, config=config)

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 from fsel.captures.layouts import LAYOUTS
@@ -236,21 +235,6 @@ class Experiment(Settings):
         # what a rule passes on is compared as its inputs and params
         folder = Path(os.path.relpath(PACKAGE))
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
-
-    @cached_property
-    def curated(self) -> dict[str, list[list[SimpleNamespace]]]:
-        """Dataset -> the wildcards of its evaluation scenes, those of a job of `curate` a list."""
-        each, parts = self.config["selections"]["scenes_per_job"], {}
-        for name in self.datasets.entries:
-            scenes = [
-                SimpleNamespace(dataset=d, scene=s) for d, s in self.evaluation_scenes if d == name
-            ]
-            parts[name] = [scenes[i : i + each] for i in range(0, len(scenes), each)]
-        return parts
-
-    def curated_by(self, wildcards: Any) -> list[SimpleNamespace]:
-        """List the wildcards of each scene of a job of `curate`."""
-        return self.curated[wildcards.dataset][int(wildcards.part)]
 
     def ingest_minutes(self, wildcards: Any, attempt: int) -> int:
         """Return the minutes of reading a capture; to find its poses takes longer."""

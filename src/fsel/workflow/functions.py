@@ -12,7 +12,7 @@ STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
 STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
 
 LISTED = {
-    "selections": f"{STAGES}.curate:selections",
+    "split_labelled": f"{STAGES}.split:split_labelled",
     "handsign": f"{PAPER}.learned:handsign",
     "seedvar": f"{PAPER}.learned:seedvar",
     "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
@@ -41,7 +41,6 @@ LISTED = {
     "transfer": f"{PAPER}.transfer:transfer",
     "evaluate_reconchoice": f"{PAPER}.reconchoice:evaluate_reconchoice",
     "reconchoice": f"{PAPER}.reconchoice:reconchoice",
-    "imitation": f"{PAPER}.imitation:imitation",
     "pipeline_figure": f"{PAPER}.pipeline_figure:pipeline_figure",
     "teaser": f"{PAPER}.views:qualitative",
     "qualitative": f"{PAPER}.views:qualitative",

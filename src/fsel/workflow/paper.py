@@ -71,7 +71,6 @@ class Paper:
             TRANSFER: (partial(self.evaluations, TRANSFER, []), partial(self.budgets, "budgets")),
             CHOICE: (partial(self.evaluations, CHOICE, []), partial(self.budgets, "inputs")),
             "pipeline_figure": (labels,),
-            "imitation": (labels,),
             "teaser": (),
             "qualitative": (),
             "real_world": (partial(scenes.rooms, made),),
@@ -80,7 +79,7 @@ class Paper:
     def _paths(self, name: str) -> list[str]:
         if name == "qualitative":
             return [f"<figures>/qualitative_{d}.pdf" for d in self.experiment.labels()]
-        if name in ("pipeline_figure", "imitation", "teaser", "real_world"):
+        if name in ("pipeline_figure", "teaser", "real_world"):
             return [f"<figures>/{name.removesuffix('_figure')}.pdf"]
         return [f"<tables>/{name}.tex", f"<tables>/{name}.html"]
 
@@ -156,7 +155,7 @@ class Paper:
         if experiment.trained in experiment.datasets.missing:
             return [*lines, "  once the dataset of training.dataset is there"]
         made, left_out = self.possible()
-        names = ", ".join(path.rsplit("/")[-1] for path in made)
+        names = ", ".join(path.rsplit("/")[-1] for path in made if not path.endswith(".html"))
         return [*lines, f"  which makes {names}", *left_out]
 
     def compared(self, table: str) -> dict[str, Section]:

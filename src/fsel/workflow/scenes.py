@@ -10,7 +10,7 @@ from fsel.workflow.experiment import Choice, Experiment
 from fsel.workflow.inputs import joined, of_scenes
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.requirements import check_poses
-from fsel.workflow.settings import PAGE, Scene
+from fsel.workflow.settings import Scene
 
 Scenes = list[Scene]
 
@@ -188,19 +188,3 @@ def posed_twice(experiment: Experiment) -> Scenes:
             "export the second source's poses as a COLMAP model there, or name it in `poses`",
         )
     return [(named, scene) for scene in scenes]
-
-
-def selected(experiment: Experiment) -> list[tuple[str, int]]:
-    """List dataset and number of every job of `curate`; refuse what none can select."""
-    from fsel.selection.request import SelectionRequest, vet  # here: no other run needs it
-
-    request, usual = experiment.config["selections"]["request"], {"targets": None, "method": "fsel"}
-    try:
-        _, k = vet(SelectionRequest(source=None, **request))
-    except (ValueError, TypeError, OSError) as error:
-        raise Refusal(f"selections.request: {error}", PAGE) from error
-    if request["patience"] and not (isinstance(k, int) and request | usual == request):
-        raise Refusal(
-            f"selections.request is {request}, but with patience only k may be given", PAGE
-        )
-    return [(d, part) for d, parts in experiment.curated.items() for part in range(len(parts))]

@@ -54,15 +54,6 @@ def test_no_more_than_so_many_are_left_out():
     assert health.of(2) == [health.findings[1]]
 
 
-def test_a_part_numbers_its_frames_anew():
-    left, pictures = (np.array([5, 1, 7]), np.array([2, 3])), {1: b"one", 4: b"four"}
-    health = Health(found(b1=3.0, m5=2.0, e7=1.5), np.arange(9.0), *left, pictures)
-    part = health.part(np.array([1, 3, 4, 7]))
-    assert [(one.frame, one.kind) for one in part.findings] == [(0, BLURRED), (3, EXPOSED)]
-    assert (part.left_out.tolist(), part.alone.tolist()) == ([0, 3], [1])
-    assert (part.sharpness.tolist(), part.pictures) == ([1, 3, 4, 7], {0: b"one", 2: b"four"})
-
-
 def test_a_finding_says_how_much_and_what_is_allowed():
     one, two = exceeding(BLURRED, np.array([0.2, 0.75, np.nan, 0.9]), 0.5, "times less detail")
     assert str(one) == "blurred: 0.75 times less detail, at most 0.5"

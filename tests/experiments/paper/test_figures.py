@@ -12,7 +12,6 @@ from fsel.core.capture import Capture
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.figures import plan_positions
-from fsel.experiments.paper.imitation import imitation
 from fsel.experiments.paper.pictures import STRONGEST, _calmest, resolved
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.paper.views import qualitative, real_world
@@ -161,16 +160,3 @@ def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
     assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
     plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)
     assert plans.to_dict() == {c: picks[name, c, 0] for c, name in drawn.items()}
-
-
-def test_imitation_is_drawn_by_epoch_set_and_seed(tmp_path):
-    logs = [tmp_path / f"seed{seed}.parquet" for seed in (0, 1)]
-    for seed, path in enumerate(logs):
-        rows = [(e, s, 3.0 - e, 0.1 * e + seed) for e in (0, 1) for s in ("train", "validation")]
-        pd.DataFrame(rows, columns=["epoch", "split", "loss", "agreement"]).to_parquet(path)
-    figures, numbers = outputs(tmp_path)
-    imitation(logs, figures, numbers, scenes={"a": "train", "b": "validation"}, facts=FACTS)
-    found = pd.read_csv(numbers)
-    assert len(found) == 2 * 2 * 2
-    last = found.query("seed == 1 and epoch == 1 and split == 'validation'").iloc[0]
-    assert (last["loss"], last["agreement"]) == (2.0, 1.1)

@@ -1,13 +1,17 @@
 """Selection times, and speed against error."""
 
+from itertools import combinations
+
 import numpy as np
 import pandas as pd
 import pytest
 from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
+from fsel.evaluation.figures import new_figure
+from fsel.evaluation.sweep import PLAIN
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.studies.speed_error import gaps, speed_error
+from fsel.experiments.studies.speed_error import _draw_methods, gaps, speed_error
 from fsel.metrics import METRICS
 from fsel.selectors.baselines import METHODS
 
@@ -97,6 +101,30 @@ def test_the_gap_to_the_search_by_hand():
     assert found.to_dict("records") == [{"method": "fvs", "gap": 0.75}]
     with pytest.raises(ValueError, match=r"no PSNR of 'search' .* Hint: set oracle.draws"):
         gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
+
+
+def side(start, end, point):
+    """On which side of the line through two points a point lies: the sign of a cross product."""
+    (x, y), (u, v) = end - start, point - start
+    return np.sign(x * v - y * u)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_two_lines_from_points_to_names_cross(seed):
+    rng, n = np.random.default_rng(seed), len(PLAIN)
+    seconds, gap = 10 ** rng.uniform(-4, 0, n), rng.uniform(-0.2, 5, n)
+    seconds[:9], gap[:9] = rng.uniform(0.08, 0.1, 9), rng.uniform(0.4, 1, 9)  # most are alike
+    figure = new_figure((3.4, 3.6))
+    axis = figure.subplots(subplot_kw={"xscale": "log"})
+    _draw_methods(axis, pd.DataFrame({"method": list(PLAIN), "seconds": seconds, "gap": gap}))
+    figure.canvas.draw()
+    at = [axis.transData.transform(name.xy) for name in axis.texts]
+    led = [axis.transAxes.transform(name.xyann) for name in axis.texts]
+    lines = list(zip(at, led, strict=True))
+    assert len(lines) == n
+    for one, other in combinations(lines, 2):
+        apart = side(*one, other[0]) == side(*one, other[1])
+        assert apart or side(*other, one[0]) == side(*other, one[1])
 
 
 def test_speed_and_error_of_equal_numbers_are_equal_bytes(tmp_path):

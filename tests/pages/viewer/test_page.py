@@ -149,7 +149,7 @@ def page(capture, cameras, cloud):
 
 def test_the_cloud_in_a_page_is_the_model_around_the_middle_of_the_scene(capture, cameras, cloud):
     content = viewer.scene(capture, cameras, cloud)
-    data = gzip.decompress(base64.b64decode(content["model"]["packed"]))
+    data = gzip.decompress(base64.b64decode(content["model"]))
     vertices = PlyData.read(io.BytesIO(data))["vertex"].data
     xyz = np.stack([vertices[name] for name in "xyz"], axis=1)
     np.testing.assert_allclose(xyz + content["origin"], cloud.xyz, atol=1e-5)
@@ -207,12 +207,3 @@ def test_cameras_are_named_flown_to_and_compared_with_their_photos(page, width, 
     assert (seen["cut"], seen["next"]) == ("inset(0px 75% 0px 0px)", 2)
     assert seen["left"] == {"at": None, "photo": False}
     assert (seen["hidden"], seen["wide"], seen["fetched"]) == (1, 0, [])
-
-
-@needs_a_browser
-def test_a_model_is_fetched_from_where_the_page_is_served(page, cloud, tmp_path):
-    content = viewer.scene(None, [], cloud, url="/model.ply")
-    served = {"/model.ply": viewer.moved(cloud, np.array(content["origin"]))}
-    script = "await view.ready; return view.scene.children.map((one) => one.numSplats ?? 0);"
-    counts = acted(viewer.page("served", content), (500, 400), script, tmp_path, served)
-    assert max(counts) == len(cloud.xyz)

@@ -17,17 +17,12 @@ BASELINE = 0.1  # of the extent of the camera centres: wide enough to fix a line
 FOCAL_RANGE = (0.3, 3.0)  # focal length over image width
 
 
-def choose_pairs(
-    world_to_camera: np.ndarray, count: int, partners: int = 1
-) -> list[tuple[int, int]]:
-    """Return pairs of frames that look the same way from apart, spread evenly over the capture.
+def choose_pairs(world_to_camera: np.ndarray, count: int) -> list[tuple[int, int]]:
+    """Return pairs of `count` frames, spread evenly over a capture of (N, 3, 4) poses, with others
+    that look the same way from apart.
 
-    Partners of a frame are those within 25 degrees of it whose distances come nearest to a tenth of
-    the capture's extent.
-
-    Args:
-        world_to_camera: (N, 3, 4).
-        count, partners: how many frames get partners, and how many each gets.
+    The partner of a frame is the one within 25 degrees of it whose distance comes nearest to a
+    tenth of the capture's extent.
     """
     rotation = world_to_camera[:, :, :3]
     centers = camera_centers(world_to_camera)
@@ -36,10 +31,8 @@ def choose_pairs(
     distance = pairwise_distances(centers[some], centers)
     angle = pairwise_angles(rotation[some, 2], rotation[:, 2])
     fit = np.where((angle < MAX_ANGLE) & (distance > 0.2 * wanted), abs(distance - wanted), np.inf)
-    best = np.argsort(fit, axis=1, kind="stable")[:, :partners]
-    usable = np.isfinite(np.take_along_axis(fit, best, axis=1))
-    first = np.broadcast_to(some[:, None], best.shape)[usable]
-    pairs = zip(first.tolist(), best[usable].tolist(), strict=True)
+    best, usable = np.argmin(fit, axis=1), np.isfinite(fit).any(axis=1)
+    pairs = zip(some[usable].tolist(), best[usable].tolist(), strict=True)
     return sorted({(min(pair), max(pair)) for pair in pairs})
 
 

@@ -77,11 +77,6 @@ def picture_side(count: int) -> int:
     return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
 
 
-def picture(image: np.ndarray, count: int) -> bytes:
-    """Return the JPEG file of an image for a page of so many frames."""
-    return jpeg(reduced(image, picture_side(count)))
-
-
 def jpeg(image: np.ndarray, quality: int = 82) -> bytes:
     """A JPEG file of an (h, w, 3) RGB image in 0..255, by default as small as pages want it."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]

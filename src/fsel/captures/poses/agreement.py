@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
 from fsel.captures.colmap.undistortion import Lens, Lenses
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, epipolar_distances, match
-from fsel.captures.images.previews import Progress, in_silence
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
 from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.core.points import RawPoints, grouped_rows
 
 PAIRS = 8
-CACHED = 32  # images in memory while pairs are matched
 MATCHING_LONG_SIDE = 640
 MIN_MATCHES = 60  # over all pairs, below which nothing is concluded
 SCALES = (0.125, 0.25, 0.5, 2.0, 4.0, 8.0)
@@ -59,7 +57,7 @@ def measure(raw: RawCapture, bound: float) -> Agreement:
     if points is not None and len(points.track_xy):
         side = max(max(camera.width, camera.height) for camera in raw.cameras)
         return _agreement("reprojection", reprojection_errors, raw, side, bound)
-    matches = list(matches_of(raw, choose_pairs(raw.world_to_camera, PAIRS)))
+    matches = list(_matches(raw, choose_pairs(raw.world_to_camera, PAIRS)))
     if sum(len(m[2]) for m in matches) < MIN_MATCHES:
         return NOT_MEASURED
     side = max(max(m[6]) for m in matches)
@@ -93,30 +91,23 @@ def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.
     return np.where(np.isnan(errors), np.inf, errors)
 
 
-def matches_of(
-    raw: RawCapture, pairs: list[tuple[int, int]], progress: Progress = in_silence
-) -> Iterator[tuple]:
+def _matches(raw: RawCapture, pairs: list[tuple[int, int]]) -> Iterator[tuple]:
     """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
     lenses = Lenses(MATCHING_LONG_SIDE)
 
-    @lru_cache(CACHED)
+    @cache
     def show(i: int) -> tuple[np.ndarray, Lens]:
         image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
         lens = lenses.of(raw.cameras[i], image, raw.images[i])
         return lens.straighten(image), lens
 
-    for i in sorted({i for pair in pairs for i in pair})[:CACHED]:
-        show(i)  # in order, so that a video is read once where all are kept
-    for i, j in progress(pairs, len(pairs)):
+    for i in sorted({i for pair in pairs for i in pair}):
+        show(i)  # in order, so that a video is read once
+    for i, j in pairs:
         (first, a), (second, b) = show(i), show(j)
         xa, xb = match(first, second)
         if len(xa):
             yield i, j, xa, xb, a.intrinsics, b.intrinsics, a.size
-
-
-def epipolar_errors(raw: RawCapture, matches: list[tuple]) -> list[tuple[int, int, float]]:
-    """Return (i, j, median pixels) of matches' distances to the epipolar lines of the poses."""
-    return [(one[0], one[1], float(np.median(_epipolar(raw, [one])))) for one in matches]
 
 
 def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:

@@ -8,10 +8,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.captures.images.matching import choose_pairs
-from fsel.captures.images.previews import MOST_SHOWN, Progress, in_silence, in_turn, picture, shrunk
+from fsel.captures.images.previews import (
+    MOST_SHOWN,
+    Progress,
+    in_silence,
+    in_turn,
+    jpeg,
+    picture_side,
+    reduced,
+    shrunk,
+)
 from fsel.captures.lazy import LazyCapture, open_capture
-from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
+from fsel.captures.poses.agreement import reprojection_errors
 from fsel.captures.quality import findings, photometry, poses
 from fsel.captures.quality.cells import SIDE, Cells, measured, sharpness
 from fsel.captures.quality.findings import Finding, Health, exceeding
@@ -19,7 +27,6 @@ from fsel.captures.quality.photometry import STILL, movements
 from fsel.core.geometry import pose_distance
 from fsel.core.points import NO_POINTS, RawPoints, grouped_rows
 
-PARTNERS = 2  # frames that each is matched with
 NEAR = 4  # frames closest to each by pose
 BLOCK = 1000  # frames whose distances from all others are in memory at once
 THUMBNAIL = 96  # pixels of the longer side of images that are compared as wholes
@@ -36,23 +43,13 @@ def examined(
     progress: Progress = in_silence,
     *,
     images: bool = True,
-    matching: bool = False,
-    shown: int | None = None,
 ) -> Health:
-    """Find the bad frames of a capture, by poses alone without `images`; `matching` judges poses by
-    matches of every frame with two beside it too, some tenths of a second a frame. Pictures are as
-    small as a page of `shown` frames wants them, by default of all."""
-    placed, shown = _Placed(opened), shown or len(opened.capture)
+    """Find the bad frames of a capture, by poses alone without `images`; pictures are as small as a
+    page of all frames wants them."""
+    placed = _Placed(opened)
     found, detail, pictures = placed.misplaced(), None, {}
-    if matching:
-        pairs = choose_pairs(opened.raw.world_to_camera, len(opened.capture), PARTNERS)
-        matches = list(matches_of(opened.raw, pairs, progress))
-        side = max((max(one[6]) for one in matches), default=0)
-        errors = epipolar_errors(opened.raw, matches)
-        error, limit = poses.epipolar(errors, len(opened.capture), side)
-        found += exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
     if images and len(opened.capture) > NEAR:
-        seen = in_turn(lambda at: _look(opened, at, shown), opened.raw.images, progress)
+        seen = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
         cells, small, sides, made = zip(*seen, strict=True)
         pictures = {at: one for at, one in enumerate(made) if one}
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
@@ -87,12 +84,13 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
 
 
-def _look(opened: LazyCapture, at: int, shown: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
+def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int, bytes | None]:
     """The cells of a frame's image, the image small and grey, the side that was measured, and the
     picture of a page, so that no frame is decoded for it again."""
     try:
         image = shrunk(opened.raw.images[at], opened.longest, SIDE)
-        made = picture(image, shown) if len(opened.raw.names) <= MOST_SHOWN else None
+        count = len(opened.raw.names)
+        made = jpeg(reduced(image, picture_side(count))) if count <= MOST_SHOWN else None
     except ValueError:  # no decoder takes it
         image, made = np.zeros((1, 1, 3), np.uint8), None
     side = max(image.shape[:2])

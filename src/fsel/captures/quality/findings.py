@@ -58,18 +58,6 @@ class Health:
         """Return (n,) int64 frames that something is wrong with."""
         return np.unique([f.frame for f in self.findings if f.kind == kind]).astype(np.int64)
 
-    def part(self, frames: np.ndarray) -> Health:
-        """Return the health of (n,) ascending frames of it, numbered anew."""
-        place = {frame: at for at, frame in enumerate(frames.tolist())}
-        gone, alone = (part[np.isin(part, frames)] for part in (self.left_out, self.alone))
-        return Health(
-            tuple(f._replace(frame=place[f.frame]) for f in self.findings if f.frame in place),
-            None if self.sharpness is None else self.sharpness[frames],
-            np.searchsorted(frames, gone),
-            np.searchsorted(frames, alone),
-            {place[at]: jpeg for at, jpeg in self.pictures.items() if at in place},
-        )
-
     def leaving_out(self, frames: np.ndarray, most: int) -> Health:
         """The same with the worst of the frames left out, of those given and at most so many."""
         kept = self.left_out[np.isin(self.left_out, frames)]

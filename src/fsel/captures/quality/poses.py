@@ -29,22 +29,10 @@ def reprojection(
     many = np.bincount(frame, minlength=count)
     median = quantile_of(errors, frame, count, 0.5)
     median[many < LEAST_OBSERVED] = np.nan
-    limit = _limit(median[np.isfinite(median)], side)
+    known = median[np.isfinite(median)]
+    limit = max(TIMES * float(np.median(known)) if len(known) else 0.0, LEAST_ERROR * side)
     within = np.bincount(frame[errors <= limit], minlength=count) / np.maximum(many, 1)
     return median, limit, within
-
-
-def epipolar(
-    errors: list[tuple[int, int, float]], count: int, side: float
-) -> tuple[np.ndarray, float]:
-    """Return (N,) pixels of epipolar error of each frame's best pair, since a misplaced frame
-    agrees with none, and the most that is usual; `errors` are two frames and the median of their
-    matches."""
-    best = np.full(count, np.nan)
-    for *pair, error in errors:
-        best[pair] = np.fmin(best[pair], error)
-    known = best[~np.isnan(best)]
-    return best, _limit(known, side)
 
 
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
@@ -75,11 +63,6 @@ def turned_away(world_to_camera: np.ndarray, seconds: np.ndarray) -> np.ndarray:
         least = max(FAST, USUAL * float(np.median(pace)))
         found[1:] = np.where((degrees > AWAY) & (pace > least), degrees, 0)
     return found
-
-
-def _limit(errors: np.ndarray, side: float) -> float:
-    """Return the largest error that is usual, in pixels."""
-    return max(TIMES * float(np.median(errors)) if len(errors) else 0.0, LEAST_ERROR * side)
 
 
 def _off(vectors: np.ndarray) -> np.ndarray:

@@ -50,20 +50,16 @@ class ViewerCamera:
     order: int | None = None  # of a pick, from 1
 
 
-def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
-    """Return a `.ply` file of a cloud around an origin, (3,)."""
-    stream = io.BytesIO()
-    ply.write(stream, replace(cloud, xyz=cloud.xyz - origin))
-    return stream.getvalue()
-
-
 def packed(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
-    """Return the same with parameters rounded to `BITS`, as a gzip file of half the size."""
+    """Return a `.ply` file of a cloud around an origin, (3,), with parameters rounded to `BITS`, as
+    a gzip file of half the size."""
     gone, thin = 23 - BITS, {}
     for name in ("harmonics", "logit", "log_scale", "turn"):
         bits = getattr(cloud, name).astype(np.float32).view(np.uint32) + (1 << (gone - 1))
         thin[name] = (bits >> gone << gone).view(np.float32)
-    return gzip.compress(moved(replace(cloud, **thin), origin), 6, mtime=0)
+    stream = io.BytesIO()
+    ply.write(stream, replace(cloud, xyz=cloud.xyz - origin, **thin))
+    return gzip.compress(stream.getvalue(), 6, mtime=0)
 
 
 def scene(
@@ -71,14 +67,12 @@ def scene(
     cameras: Sequence[ViewerCamera],
     cloud: ply.Cloud | None,
     points: SparsePoints | None = None,
-    url: str | None = None,
 ) -> dict:
     """Return the content of a page, for the script's `mount`; lengths in world units.
 
     Args:
         capture: whose `cameras` are shown, one a frame; None shows none.
         cloud: Gaussians; None shows the `points`.
-        url: where the page finds `moved(cloud, origin)`; by default it holds the cloud itself.
 
     Returns:
         `origin`, which everything is relative to; `model` or `points`; the `cameras` with poses (12
@@ -103,8 +97,7 @@ def scene(
         "points": None,
     }
     if cloud is not None:
-        inside = {} if url else {"packed": base64.b64encode(packed(cloud, origin)).decode()}
-        scene["model"] = {"url": url, **inside}
+        scene["model"] = base64.b64encode(packed(cloud, origin)).decode()
     elif points is not None:
         some = evenly(len(points.xyz), MOST_POINTS)
         places = (points.xyz[some] - origin).astype(np.float32).round(5)

@@ -31,10 +31,9 @@ class External(ConfiguredReconstructor[ExternalSettings]):
     """A worker bound to one capture; see `ExternalSettings`.
 
     A program sees the selected frames alone, in the order of the capture: their images, cameras and
-    masks, and the sparse points that at least two of them see; the whole capture only where it
-    needs that. A request that loses the worker is repeated once, with the worker started again.
-    A worker that was started again, or bound to another capture since, gets a model's subset
-    again before it renders it.
+    masks, and the sparse points that at least two of them see. A request that loses the worker is
+    repeated once, with the worker started again. A worker that was started again, or bound to
+    another capture since, gets a model's subset again before it renders it.
     """
 
     settings_type = ExternalSettings
@@ -44,7 +43,7 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         self.worker = shared(self.settings)  # by the captures of this process
         self._numbers = itertools.count()
         self._bound_at = 0  # the start of the worker at which it was bound to this capture
-        self.arrays: Arrays | None = None  # of the whole capture, and of images to fill
+        self.arrays: Arrays | None = None  # of images to fill
         self.dead: list[int] = []  # models that are no longer used
         self.spare: list[Arrays] = []  # folders of theirs that may be used again
 
@@ -82,13 +81,9 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         worker.start()
         if worker.bound is self:
             return
-        whole = "capture" in worker.stated["needs"]
         if self.arrays is None:
             self.arrays = Arrays(worker.folder / f"capture{next(worker.captures)}")
-            if whole:
-                self.arrays.put_frames(self.capture, points=True)
-        request = {"do": "bind", "folder": str(self.arrays.folder), "capture": whole}
-        worker.ask(request | {"size": list(self.capture.size)})
+        worker.ask({"do": "bind", "size": list(self.capture.size)})
         worker.bound, self._bound_at = self, next(worker.bindings)
         self.dead.clear()
 
@@ -149,8 +144,7 @@ class ExternalModel:
         own = restricted(capture, frames) if needs else capture.subset(frames)
         spare, new = reconstructor.spare, reconstructor.arrays.folder / str(number)
         self.arrays = spare.pop() if spare else Arrays(new)
-        if "capture" not in needs:
-            self.arrays.put_frames(own, "points" in needs)
+        self.arrays.put_frames(own, "points" in needs)
         if "files" in needs:
             write_files(self.arrays.folder, own)
 

@@ -25,7 +25,7 @@ PROTOCOL = 2
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
 LONGEST = 1 << 20  # bytes of an answer
 GRACE = 15.0  # seconds to end by itself when its input ends: of torch on a busy machine
-NEEDS = ("points", "files", "capture")
+NEEDS = ("points", "files")
 PIXELS = ("float32", "uint8")
 
 logger = logging.getLogger(__name__)

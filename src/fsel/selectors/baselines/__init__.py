@@ -33,10 +33,12 @@ FURTHER: Registry[Method] = Registry(
 )
 """Further methods, in the order of the tables."""
 
-_BEFORE_POSES = ("best_n", "lichtfeld", "alicevision", "thumbnail", "correlation", "drift")
-WITHOUT_POSES = (*_BEFORE_POSES, "farthest_appearance")
-_HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in _BEFORE_POSES}
-_HOMES |= {n: f"fsel.selectors.baselines.{n}:METHOD" for n in ("farthest_appearance", "warp_rf")}
+WITHOUT_POSES = (
+    *("best_n", "lichtfeld", "alicevision", "thumbnail", "correlation", "drift"),
+    "farthest_appearance",
+)
+_HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in WITHOUT_POSES}
+_HOMES["warp_rf"] = "fsel.selectors.baselines.warp_rf:METHOD"
 PRACTICE: Registry[Method] = Registry("method", _HOMES)
 """What tools do before poses are known, and WarpRF; in the workflow's tables by `practice`."""
 

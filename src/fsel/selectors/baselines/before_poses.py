@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import cv2
 import numpy as np
 
+from fsel.core.geometry import farthest_views
 from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly, just_enough
 
@@ -181,6 +183,19 @@ def motion(image: np.ndarray, previous: np.ndarray) -> float:
     return round(float(np.median(np.linalg.norm(means, axis=2))), DIGITS)
 
 
+def farthest_appearance(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Start with the frame that all others resemble most, then the least like those picked: the
+    query frames of VGGSfM and VGGT."""
+    return problem.observed[farthest(problem.descriptors[problem.observed], k)]
+
+
+def farthest(descriptors: np.ndarray, k: int) -> np.ndarray:
+    """Return (k,) rows of (n, d) unit descriptors; their distance grows as the cosine falls."""
+    described = np.asarray(descriptors, np.float64)
+    central = int(np.argmax(np.einsum("nd,d->n", described, described.sum(axis=0))))
+    return farthest_views(np.arange(len(described)), described, k, central).astype(np.int64)
+
+
 def _method(name: str, label: str, select, reads: str = "images") -> Method:
     return Method(name, label, "observed", nested=False, select=select, reads=(reads,))
 
@@ -191,3 +206,7 @@ ALICEVISION = _method("alicevision", "AliceVision smart", alicevision)
 THUMBNAIL = _method("thumbnail", "ffmpeg thumbnail", thumbnail)
 CORRELATION = _method("correlation", "Correlation", correlation)
 DRIFT = _method("drift", "Keypoint drift", equal_drifts)
+FARTHEST_APPEARANCE = replace(
+    _method("farthest_appearance", "Farthest appearance", farthest_appearance, "appearance"),
+    nested=True,
+)

@@ -22,8 +22,7 @@ export class Overlay {
     this.slider = made("input", "", this.bar);
     Object.assign(this.slider, { type: "range", value: 50, step: 0.5, ariaLabel: "photo, rendering" });
     this.legend = made("div", "legend", over);
-    this.loading = made("div", "loading", over);
-    for (const part of [this.tip, this.photo, this.bar, this.loading]) part.hidden = true;
+    for (const part of [this.tip, this.photo, this.bar]) part.hidden = true;
     this.slider.addEventListener("input", () => this.slide());
     this.line.addEventListener("pointerdown", (event) => this.line.setPointerCapture(event.pointerId));
     this.line.addEventListener("pointermove", (event) => this.drag(event));
@@ -141,14 +140,5 @@ export class Overlay {
     const box = this.photo.getBoundingClientRect();
     this.slider.value = (100 * (event.clientX - box.left)) / box.width;
     this.slide();
-  }
-
-  /** Say how much of a model is there; null when it is whole. */
-  progress(event) {
-    this.loading.hidden = event === null;
-    if (event === null) return;
-    const megabytes = (bytes) => `${(bytes / 1e6).toFixed(0)} MB`;
-    const all = event.lengthComputable ? ` of ${megabytes(event.total)}` : "";
-    this.loading.textContent = `${megabytes(event.loaded)}${all}`;
   }
 }

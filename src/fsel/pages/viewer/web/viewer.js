@@ -84,17 +84,10 @@ export class Viewer {
     const { material } = this.spark;
     if (!material.vertexShader.includes(FREE)) throw new Error("Spark's shader has changed");
     material.vertexShader = material.vertexShader.replace(FREE, WITHIN);
-    const onProgress = (event) => this.overlay.progress(event);
-    const source = model.url // a whole address: workers have none of their own
-      ? { url: new URL(model.url, location.href).href, onProgress }
-      : { fileBytes: await unpacked(model.packed) };
-    const splat = new SplatMesh({ ...source, fileType: "ply", extSplats: true });
+    const fileBytes = await unpacked(model);
+    const splat = new SplatMesh({ fileBytes, fileType: "ply", extSplats: true });
     this.scene.add(this.spark, splat);
-    try {
-      await splat.initialized;
-    } finally {
-      this.overlay.progress(null);
-    }
+    await splat.initialized;
     this.redraw();
   }
 

@@ -36,13 +36,11 @@ os.dup2(2, 1)
 
 
 class Frames:
-    """Frames with their images and cameras: a subset to reconstruct from, or a whole capture.
-
-    With the need `capture`, a subset has its numbers alone.
+    """Frames to reconstruct from, with their images and cameras.
 
     Attributes:
         folder: of its files; with the need `files` also images and cameras as trainers read them.
-        frames: (K,) numbers in the capture, None of a whole capture.
+        frames: (K,) numbers in the capture.
         images: (K, h, w, 3) uint8 RGB.
         world_to_camera: (K, 3, 4) float64, OpenCV axes.
         intrinsics: (K, 4) float64 fx, fy, cx, cy in pixels; the first pixel's centre is 0.5, 0.5.
@@ -51,9 +49,8 @@ class Frames:
         track_point, track_frame: (L,) which point is seen by which of the K frames.
     """
 
-    def __init__(self, folder, frames=None):
-        self.folder = folder
-        self.frames = None if frames is None else np.array(frames, np.int64)
+    def __init__(self, folder, frames):
+        self.folder, self.frames = folder, np.array(frames, np.int64)
         for name in ARRAYS:
             path = os.path.join(folder, name + ".npy")
             setattr(self, name, np.load(path) if os.path.exists(path) else None)
@@ -98,30 +95,21 @@ def camera_matrices(intrinsics):
     return matrices
 
 
-def settings_of(words, parse):
-    """Return the settings of words KEY=VALUE, with values as `parse` reads them."""
-    return {key: parse(text) for key, text in (word.split("=", 1) for word in words)}
-
-
-def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), pixels="float32"):
+def serve(fit, render, name="", version="", device="cpu", needs=(), pixels="float32"):
     """Answer requests until standard input ends.
 
     Args:
         fit: subset -> model.
         render: (model, views) -> (T, h, w, 3) images, float in [0, 1] or uint8.
-        bind: capture -> None, called before the first fit of every capture: a `Frames` with the
-            need `capture`, else None.
         name, version, device: of what reconstructs, for logs and tables.
-        needs: any of `points`, `files` and `capture`. Without any, a fit is given the selected
-            frames alone; with `capture` every frame of the capture, targets too, which it must not
-            use as images.
+        needs: any of `points` and `files`.
         pixels: type of the images, `float32`, or `uint8` for a quarter the bytes.
     """
     answers = os.fdopen(ANSWERS_TO, "w", encoding="utf-8", newline="\n")
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     stated = {"protocol": PROTOCOL, "name": name or os.path.basename(sys.argv[0])}
     stated.update(version=str(version), device=device, needs=list(needs), pixels=pixels)
-    state = {"fit": fit, "render": render, "bind": bind, "stated": stated, "models": {}}
+    state = {"fit": fit, "render": render, "stated": stated, "models": {}}
     for line in sys.stdin:
         request = json.loads(line)
         if request["do"] == "close":  # has no answer
@@ -147,9 +135,8 @@ def _hello(request, state):
 
 
 def _bind(request, state):
+    """Forget the models of another capture."""
     state["models"].clear()
-    if state["bind"] is not None:
-        state["bind"](Frames(request["folder"]) if request["capture"] else None)
     return {}
 
 

@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 import torch
-from fsel_worker import camera_matrices, camera_to_world, serve, settings_of
+from fsel_worker import camera_matrices, camera_to_world, serve
 
 # what the trainer's own subcommand `mcmc` sets, where no import finds it
 MCMC = {"init_opa": 0.5, "init_scale": 0.1, "opacity_reg": 0.01, "scale_reg": 0.01}
@@ -27,7 +27,8 @@ def main(examples, strategy="default", *given):
     from gsplat.strategy import DefaultStrategy, MCMCStrategy
 
     kind, preset = {"default": (DefaultStrategy, {}), "mcmc": (MCMCStrategy, MCMC)}[strategy]
-    own = preset | settings_of(given, ast.literal_eval)
+    stated = (word.split("=", 1) for word in given)
+    own = preset | {key: ast.literal_eval(text) for key, text in stated}
 
     def fit(subset):
         settings = {"data_factor": 1, "disable_viewer": True, "disable_video": True}
