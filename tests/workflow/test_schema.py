@@ -9,7 +9,7 @@ import yaml
 from dry_runs import ROOT, SMOKE
 
 from fsel.captures.layouts import LAYOUTS
-from fsel.captures.read import POSES
+from fsel.captures.read import POINTS, POSES
 from fsel.features.appearance import KINDS
 from fsel.metrics import REGISTERED
 from fsel.metrics.published import PICKLES
@@ -30,6 +30,7 @@ def test_lists_of_names_are_those_of_the_registries():
     # written out, since their modules take long to import
     assert DATASET["embedded"]["properties"]["family"]["enum"] == list(FAMILIES)
     assert DATASET["poses"]["then"]["enum"] == list(POSES)
+    assert DATASET["points"]["enum"] == list(POINTS)
     assert KEYS["appearance"]["properties"]["kind"]["enum"] == list(KINDS)
     assert KEYS["lpips"]["properties"]["net"]["enum"] == list(PICKLES)
 

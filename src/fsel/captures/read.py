@@ -30,6 +30,8 @@ from fsel.core.wording import check_type, counted
 log = logging.getLogger(__name__)
 
 POSES = ("layout", "colmap", "file")
+POINTS = ("layout", "triangulate")
+TRIANGULATION_LONG_SIDE = 800
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,7 @@ def read_folder(
     *,
     poses: str | Mapping[str, Any] = "layout",
     model: str = "",
+    points: str = "layout",
     every: int = 1,
     max_error: float = MAX_ERROR,
     skip_unreadable: bool = False,
@@ -95,6 +98,7 @@ def read_folder(
             for those of the COLMAP model in the folder `model`; or a mapping, see
             `fsel.captures.colmap.runs.work_of`: other features, or a program that finds them.
         model: folder inside the capture, for `poses="file"`.
+        points: `layout` for the dataset's own, if any; `triangulate` to make them otherwise.
         every: keep every n-th frame of each sequence.
         max_error: greatest median disagreement of poses and images, as a share of the images'
             longer side (see `Agreement`).
@@ -109,6 +113,7 @@ def read_folder(
     check_type("path", path, (str, Path), "a folder")
     check_type("long_side", long_side, Integral, "a whole number of pixels")
     folder = Path(path)
+    _allowed("points", points, POINTS)
     known, raw = read_posed(folder, layout, poses, model, every, reading)
     source = f"{known.name} at {folder}"
     raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
@@ -116,6 +121,9 @@ def read_folder(
         log.info("%s: left out %d frames: %s", source, count, reason)
     log.info("%s: %s", source, agreement)
     capture = ingest(raw, source, long_side, store=store)
+    if capture.points is None and points == "triangulate":
+        large = ingest(raw, source, TRIANGULATION_LONG_SIDE, lazy=True)
+        capture = replace(capture, points=sfm.triangulate(large))
     if capture.points is None:
         log.info("%s: no sparse points; co-visibility is predicted from the poses", source)
     return Ingestion(capture, agreement, raw.dropped)

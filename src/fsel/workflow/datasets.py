@@ -17,7 +17,7 @@ from fsel.workflow.refusal import Refusal
 ROLES = ("train", "validation", "evaluation", "object")
 COUNTED = ("evaluation", "validation", "train", "object")  # the order in which folders are taken
 KINDS = ("embedded", "fetch", "root")
-READING = ("layout", "poses", "model", "every", "max_error", "reading")
+READING = ("layout", "poses", "model", "points", "every", "max_error", "reading")
 VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")  # of the environment, and its default
 
 Section = Mapping[str, Any]
