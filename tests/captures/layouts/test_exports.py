@@ -63,13 +63,16 @@ def polycam(folder, kind="corrected_", **content):
     for i, name in enumerate(names):
         known = {f"t_{r}{c}": PLACED[i, r, c] for r in range(3) for c in range(4)}
         known |= {"fx": FX, "fy": FY, "cx": CX, "cy": CY, "width": SIZE[0], "height": SIZE[1]}
-        (cameras / f"{name}.json").write_text(json.dumps(known | content))
+        text = json.dumps(known | {"blur_score": 10.0 * i, "neighbors": [1001]} | content)
+        (cameras / f"{name}.json").write_text(text)
 
 
 def test_polycam(tmp_path):
     polycam(tmp_path, kind="", fx=99)
     polycam(tmp_path)  # the corrected ones are preferred
     agrees(tmp_path, "polycam", truth())
+    raw = agrees(tmp_path, "polycam", truth()[3:], min_blur_score=30)
+    assert raw.dropped == dict.fromkeys(["1000.jpg", "1001.jpg", "1002.jpg"], "blur_score below 30")
     path = tmp_path / "keyframes" / "corrected_cameras" / "1004.json"
     path.write_text("{}")
     with pytest.raises(ValueError, match=r"1004\.json: field 't_00' is missing"):
