@@ -68,7 +68,7 @@ def test_the_paper_leaves_out_what_cannot_be_made_and_says_why(capsys):
     assert "<figures>/qualitative_dl3dv.pdf" in paths
     assert not any("transfer" in path or "reconchoice" in path for path in paths)
     said = capsys.readouterr().err
-    assert "paper: of 16 tables and figures" in said
+    assert "paper: of 15 tables and figures" in said
     assert "  not made: transfer: transfer.budgets has [7], which are not among" in said
     assert "  not made: pose_sources: pose_sources.dataset is None" in said
 
