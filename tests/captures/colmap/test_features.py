@@ -150,6 +150,19 @@ def test_features_of_frames_are_where_colmap_finds_them(dim, tmp_path):
     assert np.abs(points[:, :2] - [300.5, 120.5]).max(axis=1).min() < 0.3
 
 
+def test_features_are_described_as_those_that_are_not_chosen_from():
+    texture = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
+    image = cv2.resize(texture, (480, 360), interpolation=cv2.INTER_CUBIC)
+    points, described = sift.find(image)
+    assert 300 < len(points) < sift.MOST  # all are kept
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    whole = cv2.SIFT.create(sift.DRAWN * sift.MOST, contrastThreshold=sift.THRESHOLD)
+    found, descriptors = whole.detectAndCompute(grey, None)
+    np.testing.assert_allclose(points[:, :2], [np.add(one.pt, 0.5) for one in found], rtol=1e-6)
+    roots = np.sqrt(descriptors / descriptors.sum(axis=1, keepdims=True))
+    np.testing.assert_array_equal(described, np.minimum(np.rint(512 * roots), 255))
+
+
 def test_sift_sees_in_the_dark(tmp_path):
     texture = np.random.default_rng(0).integers(0, 255, (30, 40), np.uint8)
     lit = cv2.resize(texture, (320, 240), interpolation=cv2.INTER_CUBIC)

@@ -16,7 +16,7 @@ from fsel.captures.images.previews import in_turn, reduced
 MOST = 2000  # of an image: matching takes time with their square
 SIDE = 640  # pixels of the longer side that they are found at, enlarged twice by SIFT itself
 CELLS = 8  # along the longer side, each of which gives its strongest in turn
-DRAWN = 3  # times as many that are described before they are spread
+DRAWN = 3  # times as many that are detected before they are spread
 LIT = 64  # grey levels of an image's contrast, below which the threshold is lowered
 THRESHOLD, LEAST = 0.005, 0.0008  # of the contrast of a feature: a quarter of SIFT's, for walls
 SCALED = 512  # COLMAP's bytes of a unit descriptor
@@ -54,16 +54,17 @@ def find(image: np.ndarray, white: np.ndarray | None = None) -> tuple[np.ndarray
     low, high = np.percentile(grey, [1, 99])
     threshold = max(LEAST, THRESHOLD * min(1.0, (high - low) / LIT))
     sift = cv2.SIFT.create(DRAWN * MOST, contrastThreshold=threshold)
-    found, descriptors = sift.detectAndCompute(grey, seen)
+    found = sift.detect(grey, seen)
     if not found:
         return np.empty((0, 4), np.float32), np.empty((0, 128), np.uint8)
     places = np.array([one.pt for one in found])
     rows = spread(places, np.array([one.response for one in found]), max(grey.shape))
+    kept, descriptors = sift.compute(grey, [found[row] for row in rows])
     scale = np.array(image.shape[1::-1]) / size
     pixels = (places[rows] + 0.5) * scale
-    sizes = np.array([found[row].size / 2 for row in rows]) * scale[0]
-    turns = np.radians([found[row].angle for row in rows])
-    unit = descriptors[rows] / np.maximum(descriptors[rows].sum(axis=1, keepdims=True), 1e-9)
+    sizes = np.array([one.size / 2 for one in kept]) * scale[0]
+    turns = np.radians([one.angle for one in kept])
+    unit = descriptors / np.maximum(descriptors.sum(axis=1, keepdims=True), 1e-9)
     stored = np.minimum(np.rint(SCALED * np.sqrt(unit)), 255).astype(np.uint8)
     return np.column_stack([pixels, sizes, turns]).astype(np.float32), stored
 
