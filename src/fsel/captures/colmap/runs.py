@@ -24,6 +24,7 @@ from fsel.core.limits import threads
 from fsel.core.wording import counted, in_minutes
 
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
+CPU = pycolmap.Device.cpu
 SEED = 0
 MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
@@ -51,6 +52,11 @@ class Part:
     numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
     ordered: bool
     panoramic: bool = False  # whether they show all directions
+
+    @property
+    def filmed(self) -> bool:
+        """Check whether they are a video's, whose features are `sift`'s."""
+        return self.ordered and not self.panoramic
 
 
 @dataclass(frozen=True)
@@ -121,7 +127,7 @@ def extract(
         options = pycolmap.FeatureExtractionOptions(num_threads=threads())
         options.sift.peak_threshold *= contrast
         source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
-        filmed = source is not None and source.ordered and not source.panoramic
+        filmed = source is not None and source.filmed
         reader = _reader(database, folder, kind, source)
         pycolmap.import_images(database, folder, mode, part, reader)
         if filmed or work.features != features.SIFT:
@@ -166,7 +172,7 @@ def _reader(
 def device() -> pycolmap.Device:
     """Return a GPU where pycolmap is built for NVIDIA's (pycolmap-cuda12) and one is there."""
     gpu = pycolmap.has_cuda and shutil.which("nvidia-smi")
-    return pycolmap.Device.auto if gpu else pycolmap.Device.cpu
+    return pycolmap.Device.auto if gpu else CPU
 
 
 def _size(path: Path) -> Size:
@@ -217,6 +223,8 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
             features.match(database, named)  # what is matched is verified below
+        elif work.parts and all(part.filmed for part in work.parts) and device() == CPU:
+            sift.match(database, named)
         match_pairs(database, named)
         if not at and len(batches) > 1:
             each = (time.monotonic() - began) / PAIRS

@@ -1,8 +1,10 @@
-"""SIFT by OpenCV for frames of a video: as many as a frame needs, spread over the image."""
+"""SIFT by OpenCV for frames of a video: as many as a frame needs, spread over the image; and their
+matches, as COLMAP's exhaustive search finds them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import cv2
@@ -12,6 +14,7 @@ from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.images import files as image_files
 from fsel.captures.images.masks import MASKS, load_white
 from fsel.captures.images.previews import in_turn, reduced
+from fsel.core.threads import side_by_side
 
 MOST = 2000  # of an image: matching takes time with their square
 SIDE = 640  # pixels of the longer side that they are found at, enlarged twice by SIFT itself
@@ -20,6 +23,7 @@ DRAWN = 3  # times as many that are detected before they are spread
 LIT = 64  # grey levels of an image's contrast, below which the threshold is lowered
 THRESHOLD, LEAST = 0.005, 0.0008  # of the contrast of a feature: a quarter of SIFT's, for walls
 SCALED = 512  # COLMAP's bytes of a unit descriptor
+RATIO, FARTHEST = 0.8, 0.7  # COLMAP's: of the angle to the second nearest, and radians
 
 
 def extract(database: Path, folder: Path, names: Sequence[str]) -> None:
@@ -78,3 +82,36 @@ def spread(places: np.ndarray, strength: np.ndarray, side: float) -> np.ndarray:
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order)) - first
     return np.sort(np.lexsort((-strength, rank))[:MOST])
+
+
+def match(database: Path, pairs: Sequence[tuple[str, str]]) -> None:
+    """Store matches of pairs of images, by name, that have none yet; they are to be verified."""
+    with pycolmap.Database.open(str(database)) as stored:
+        keys = {image.name: image.image_id for image in stored.read_all_images()}
+        new = [(keys[one], keys[other]) for one, other in pairs]
+        new = [pair for pair in new if not stored.exists_matches(*pair)]
+        known = {key: stored.read_descriptors(key).data for key in set(chain(*new))}
+        found = side_by_side(lambda pair: mutual(known[pair[0]], known[pair[1]]), new)
+        for pair, rows in zip(new, found, strict=True):
+            stored.write_matches(*pair, rows)
+
+
+def mutual(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return (m, 2) uint32 rows of (n, 128) and (k, 128) uint8 descriptors that are each other's
+    nearest, and clearly nearer than the second, as COLMAP's `cpu_brute_force_matcher` does."""
+    if not min(len(one), len(other)):
+        return np.empty((0, 2), np.uint32)
+    likeness = one.astype(np.float32) @ other.T.astype(np.float32)  # exact: integers below 2^24
+    rows, columns = np.arange(len(one)), likeness.argmax(axis=1)
+    both = np.flatnonzero(likeness[rows, columns] == likeness.max(axis=0)[columns])
+    columns, first = np.unique(columns[both], return_index=True)  # equal ones fail the ratio
+    rows = both[first]
+    best = _angles(likeness[rows, columns])
+    likeness[rows, columns] = 0
+    second = _angles(np.maximum(likeness.max(axis=1)[rows], likeness.max(axis=0)[columns]))
+    clear = (best <= FARTHEST) & (best < RATIO * second)
+    return np.column_stack([rows, columns])[clear].astype(np.uint32)
+
+
+def _angles(products: np.ndarray) -> np.ndarray:
+    return np.arccos(np.minimum(products / SCALED**2, 1))
