@@ -25,7 +25,8 @@ from fsel.core.wording import counted, in_minutes
 
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 CPU = pycolmap.Device.cpu
-SEED = 0
+SEED, TRIALS = 0, 10_000  # of verification, at most
+FILMED_TRIALS = 1000  # of a video's pairs: the same inliers in half of the time
 MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
@@ -216,6 +217,7 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     chosen = [(i, j) for i, j in chosen if not known.issuperset((names[i], names[j]))]
     chosen.sort(key=lambda pair: (pair[1] - pair[0], pair))
+    filmed = bool(work.parts) and all(part.filmed for part in work.parts)
     batches, began = _batches(chosen, PAIRS), time.monotonic()
     for at, part in enumerate(work.watch("matching")(batches, len(batches))):
         if work.time.left <= 0:
@@ -223,9 +225,9 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
             features.match(database, named)  # what is matched is verified below
-        elif work.parts and all(part.filmed for part in work.parts) and device() == CPU:
+        elif filmed and device() == CPU:
             sift.match(database, named)
-        match_pairs(database, named)
+        match_pairs(database, named, FILMED_TRIALS if filmed else TRIALS)
         if not at and len(batches) > 1:
             each = (time.monotonic() - began) / PAIRS
             left = each * (len(chosen) - PAIRS + MAPPED_AS * len(names))
@@ -253,10 +255,10 @@ def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pair
     return sorted(found)
 
 
-def match_pairs(database: Path, names: Sequence[tuple[str, str]]) -> None:
+def match_pairs(database: Path, names: Sequence[tuple[str, str]], trials: int = TRIALS) -> None:
     """Match and verify some pairs of images, by name; each pair draws its samples by one seed."""
     verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = SEED
+    verification.ransac.random_seed, verification.ransac.max_num_trials = SEED, trials
     listed = database.with_name("pairs.txt")
     listed.write_text("".join(f"{one} {other}\n" for one, other in names), encoding="utf-8")
     pycolmap.match_image_pairs(
