@@ -16,7 +16,7 @@ from small_captures import opengl
 
 from fsel.captures.colmap import runs
 from fsel.captures.colmap.model import write_model
-from fsel.captures.colmap.runs import Work
+from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
@@ -95,16 +95,18 @@ def test_points_are_triangulated_onto_the_surfaces_the_same_again(tmp_path):
     assert np.bincount(points.track_point).min() >= 2
 
 
-def test_features_and_matches_are_the_same_on_any_number_of_threads(tmp_path, monkeypatch):
-    names, content = [f"{i}.png" for i in range(5)], []
+@pytest.mark.parametrize("parts", [(), [Part(range(5), ordered=True)]])
+def test_features_and_matches_are_the_same_on_any_number_of_threads(parts, tmp_path, monkeypatch):
+    names, content = [f"00_{i}.png" if parts else f"{i}.png" for i in range(5)], []
+    work = Work(parts=parts)
     shown = render(poses(5))
     shown[2] //= 4  # features of dim images are looked for apart
     image_files.write(shown, tmp_path, names)
     for count in (1, 2):
         monkeypatch.setenv("FSEL_THREADS", str(count))
         database = tmp_path / f"{count}.db"
-        runs.extract(database, tmp_path, names, Work())
-        runs.match(database, names, Work())
+        runs.extract(database, tmp_path, names, work)
+        runs.match(database, names, work)
         with closing(sqlite3.connect(database)) as stored:
             content.append(list(stored.iterdump()))
     assert content[0] == content[1]

@@ -150,6 +150,61 @@ def test_features_of_frames_are_where_colmap_finds_them(dim, tmp_path):
     assert np.abs(points[:, :2] - [300.5, 120.5]).max(axis=1).min() < 0.3
 
 
+def test_features_are_described_as_those_that_are_not_chosen_from():
+    texture = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
+    image = cv2.resize(texture, (480, 360), interpolation=cv2.INTER_CUBIC)
+    points, described = sift.find(image)
+    assert 300 < len(points) < sift.MOST  # all are kept
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    whole = cv2.SIFT.create(sift.DRAWN * sift.MOST, contrastThreshold=sift.THRESHOLD)
+    found, descriptors = whole.detectAndCompute(grey, None)
+    np.testing.assert_allclose(points[:, :2], [np.add(one.pt, 0.5) for one in found], rtol=1e-6)
+    roots = np.sqrt(descriptors / descriptors.sum(axis=1, keepdims=True))
+    np.testing.assert_array_equal(described, np.minimum(np.rint(512 * roots), 255))
+
+
+def test_matches_are_those_of_colmaps_exhaustive_search(tmp_path, monkeypatch):
+    """Noisy copies in another order, exact ones, of which ten twice; an image shows nothing."""
+    rng = np.random.default_rng(0)
+    first = rng.gamma(0.5, size=(300, 128))
+    noisy = first[rng.permutation(300)] + rng.gamma(rng.uniform(0, 3, (300, 1)), size=(300, 128))
+    sets = [first, np.concatenate([noisy, first[:20], first[:10]]), np.empty((0, 128))]
+    names, found = ["a.png", "b.png", "c.png"], []
+    pairs = [("a.png", "b.png"), ("a.png", "c.png")]
+    for by in ("colmap", "1", "2"):
+        database = tmp_path / f"{by}.db"
+        _described(database, names, sets)
+        if by == "colmap":
+            options = pycolmap.FeatureMatchingOptions(skip_geometric_verification=True)
+            options.sift.cpu_brute_force_matcher = True
+            pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
+        else:
+            monkeypatch.setenv("FSEL_THREADS", by)
+            sift.match(database, pairs)
+            sift.match(database, pairs)  # they are there
+        with pycolmap.Database.open(str(database)) as stored:
+            found.append([sorted(stored.read_matches(1, n).tolist()) for n in (2, 3)])
+    assert found[0] == found[1] == found[2]
+    rows = [row for row, _ in found[0][0]]
+    assert 50 < len(rows) < 250
+    assert not set(rows) & set(range(10))
+    assert not found[0][1]
+
+
+def _described(database, names, sets):
+    """Store an image for each of several sets of descriptors, of any length."""
+    with pycolmap.Database.open(str(database)) as stored:
+        camera = pycolmap.Camera(model="SIMPLE_PINHOLE", width=9, height=9, params=[9, 4, 4])
+        camera.camera_id = stored.write_camera(camera)
+        for name, values in zip(names, sets, strict=True):
+            key = stored.write_image(pycolmap.Image(name=name, camera_id=camera.camera_id))
+            unit = np.sqrt(values / values.sum(axis=1, keepdims=True))
+            data = np.minimum(np.rint(512 * unit), 255).astype(np.uint8)
+            kind = pycolmap.FeatureExtractorType.SIFT
+            stored.write_descriptors(key, pycolmap.FeatureDescriptors(kind, data))
+            stored.write_keypoints(key, np.zeros((len(data), 4), np.float32))
+
+
 def test_sift_sees_in_the_dark(tmp_path):
     texture = np.random.default_rng(0).integers(0, 255, (30, 40), np.uint8)
     lit = cv2.resize(texture, (320, 240), interpolation=cv2.INTER_CUBIC)

@@ -24,7 +24,9 @@ from fsel.core.limits import threads
 from fsel.core.wording import counted, in_minutes
 
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
-SEED = 0
+CPU = pycolmap.Device.cpu
+SEED, TRIALS = 0, 10_000  # of verification, at most
+FILMED_TRIALS = 1000  # of a video's pairs: the same inliers in half of the time
 MIN_PLACED = 3
 EXHAUSTIVE = 60  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
@@ -51,6 +53,11 @@ class Part:
     numbers: Sequence[int]  # one an image, which name it in the database, whatever comes later
     ordered: bool
     panoramic: bool = False  # whether they show all directions
+
+    @property
+    def filmed(self) -> bool:
+        """Check whether they are a video's, whose features are `sift`'s."""
+        return self.ordered and not self.panoramic
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,7 @@ def extract(
         options = pycolmap.FeatureExtractionOptions(num_threads=threads())
         options.sift.peak_threshold *= contrast
         source = work.parts[int(kind[0])] if kind is not None and kind[0] else None
-        filmed = source is not None and source.ordered and not source.panoramic
+        filmed = source is not None and source.filmed
         reader = _reader(database, folder, kind, source)
         pycolmap.import_images(database, folder, mode, part, reader)
         if filmed or work.features != features.SIFT:
@@ -166,7 +173,7 @@ def _reader(
 def device() -> pycolmap.Device:
     """Return a GPU where pycolmap is built for NVIDIA's (pycolmap-cuda12) and one is there."""
     gpu = pycolmap.has_cuda and shutil.which("nvidia-smi")
-    return pycolmap.Device.auto if gpu else pycolmap.Device.cpu
+    return pycolmap.Device.auto if gpu else CPU
 
 
 def _size(path: Path) -> Size:
@@ -210,6 +217,7 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     chosen = [(i, j) for i, j in chosen if not known.issuperset((names[i], names[j]))]
     chosen.sort(key=lambda pair: (pair[1] - pair[0], pair))
+    filmed = bool(work.parts) and all(part.filmed for part in work.parts)
     batches, began = _batches(chosen, PAIRS), time.monotonic()
     for at, part in enumerate(work.watch("matching")(batches, len(batches))):
         if work.time.left <= 0:
@@ -217,7 +225,9 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
         named = [(names[i], names[j]) for i, j in part]
         if work.features != features.SIFT:
             features.match(database, named)  # what is matched is verified below
-        match_pairs(database, named)
+        elif filmed and device() == CPU:
+            sift.match(database, named)
+        match_pairs(database, named, FILMED_TRIALS if filmed else TRIALS)
         if not at and len(batches) > 1:
             each = (time.monotonic() - began) / PAIRS
             left = each * (len(chosen) - PAIRS + MAPPED_AS * len(names))
@@ -245,10 +255,10 @@ def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pair
     return sorted(found)
 
 
-def match_pairs(database: Path, names: Sequence[tuple[str, str]]) -> None:
+def match_pairs(database: Path, names: Sequence[tuple[str, str]], trials: int = TRIALS) -> None:
     """Match and verify some pairs of images, by name; each pair draws its samples by one seed."""
     verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = SEED
+    verification.ransac.random_seed, verification.ransac.max_num_trials = SEED, trials
     listed = database.with_name("pairs.txt")
     listed.write_text("".join(f"{one} {other}\n" for one, other in names), encoding="utf-8")
     pycolmap.match_image_pairs(

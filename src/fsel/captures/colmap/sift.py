@@ -1,8 +1,10 @@
-"""SIFT by OpenCV for frames of a video: as many as a frame needs, spread over the image."""
+"""SIFT by OpenCV for frames of a video: as many as a frame needs, spread over the image; and their
+matches, as COLMAP's exhaustive search finds them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import cv2
@@ -12,14 +14,16 @@ from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.images import files as image_files
 from fsel.captures.images.masks import MASKS, load_white
 from fsel.captures.images.previews import in_turn, reduced
+from fsel.core.threads import side_by_side
 
 MOST = 2000  # of an image: matching takes time with their square
 SIDE = 640  # pixels of the longer side that they are found at, enlarged twice by SIFT itself
 CELLS = 8  # along the longer side, each of which gives its strongest in turn
-DRAWN = 3  # times as many that are described before they are spread
+DRAWN = 3  # times as many that are detected before they are spread
 LIT = 64  # grey levels of an image's contrast, below which the threshold is lowered
 THRESHOLD, LEAST = 0.005, 0.0008  # of the contrast of a feature: a quarter of SIFT's, for walls
 SCALED = 512  # COLMAP's bytes of a unit descriptor
+RATIO, FARTHEST = 0.8, 0.7  # COLMAP's: of the angle to the second nearest, and radians
 
 
 def extract(database: Path, folder: Path, names: Sequence[str]) -> None:
@@ -54,16 +58,17 @@ def find(image: np.ndarray, white: np.ndarray | None = None) -> tuple[np.ndarray
     low, high = np.percentile(grey, [1, 99])
     threshold = max(LEAST, THRESHOLD * min(1.0, (high - low) / LIT))
     sift = cv2.SIFT.create(DRAWN * MOST, contrastThreshold=threshold)
-    found, descriptors = sift.detectAndCompute(grey, seen)
+    found = sift.detect(grey, seen)
     if not found:
         return np.empty((0, 4), np.float32), np.empty((0, 128), np.uint8)
     places = np.array([one.pt for one in found])
     rows = spread(places, np.array([one.response for one in found]), max(grey.shape))
+    kept, descriptors = sift.compute(grey, [found[row] for row in rows])
     scale = np.array(image.shape[1::-1]) / size
     pixels = (places[rows] + 0.5) * scale
-    sizes = np.array([found[row].size / 2 for row in rows]) * scale[0]
-    turns = np.radians([found[row].angle for row in rows])
-    unit = descriptors[rows] / np.maximum(descriptors[rows].sum(axis=1, keepdims=True), 1e-9)
+    sizes = np.array([one.size / 2 for one in kept]) * scale[0]
+    turns = np.radians([one.angle for one in kept])
+    unit = descriptors / np.maximum(descriptors.sum(axis=1, keepdims=True), 1e-9)
     stored = np.minimum(np.rint(SCALED * np.sqrt(unit)), 255).astype(np.uint8)
     return np.column_stack([pixels, sizes, turns]).astype(np.float32), stored
 
@@ -77,3 +82,36 @@ def spread(places: np.ndarray, strength: np.ndarray, side: float) -> np.ndarray:
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order)) - first
     return np.sort(np.lexsort((-strength, rank))[:MOST])
+
+
+def match(database: Path, pairs: Sequence[tuple[str, str]]) -> None:
+    """Store matches of pairs of images, by name, that have none yet; they are to be verified."""
+    with pycolmap.Database.open(str(database)) as stored:
+        keys = {image.name: image.image_id for image in stored.read_all_images()}
+        new = [(keys[one], keys[other]) for one, other in pairs]
+        new = [pair for pair in new if not stored.exists_matches(*pair)]
+        known = {key: stored.read_descriptors(key).data for key in set(chain(*new))}
+        found = side_by_side(lambda pair: mutual(known[pair[0]], known[pair[1]]), new)
+        for pair, rows in zip(new, found, strict=True):
+            stored.write_matches(*pair, rows)
+
+
+def mutual(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return (m, 2) uint32 rows of (n, 128) and (k, 128) uint8 descriptors that are each other's
+    nearest, and clearly nearer than the second, as COLMAP's `cpu_brute_force_matcher` does."""
+    if not min(len(one), len(other)):
+        return np.empty((0, 2), np.uint32)
+    likeness = one.astype(np.float32) @ other.T.astype(np.float32)  # exact: integers below 2^24
+    rows, columns = np.arange(len(one)), likeness.argmax(axis=1)
+    both = np.flatnonzero(likeness[rows, columns] == likeness.max(axis=0)[columns])
+    columns, first = np.unique(columns[both], return_index=True)  # equal ones fail the ratio
+    rows = both[first]
+    best = _angles(likeness[rows, columns])
+    likeness[rows, columns] = 0
+    second = _angles(np.maximum(likeness.max(axis=1)[rows], likeness.max(axis=0)[columns]))
+    clear = (best <= FARTHEST) & (best < RATIO * second)
+    return np.column_stack([rows, columns])[clear].astype(np.uint32)
+
+
+def _angles(products: np.ndarray) -> np.ndarray:
+    return np.arccos(np.minimum(products / SCALED**2, 1))
