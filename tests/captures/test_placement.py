@@ -124,12 +124,18 @@ def test_what_was_placed_first_is_kept_where_denser_frames_are_not_or_time_is_ov
 
 
 def test_the_search_for_more_ends_some_time_after_the_first_try(monkeypatch):
-    now = iter([100.0, 150.0, 299.0, 301.0])
+    now = iter([100.0, 150.0, 150.0, 299.0, 150.0, 110.0, 115.0])
     monkeypatch.setattr(search_time.time, "monotonic", lambda: next(now))
     limit = SearchTime(began=100.0)
     assert limit.left == np.inf  # the first try is not cut
-    limit.tried()  # after 50 s
-    assert [limit.over, limit.over] == [False, True]
+    assert limit.stop == 300  # but its global mapper is, which starts after 50 s
+    limit.tried()
+    assert (limit.left, limit.stop) == (1, 300)
+    stated = SearchTime(500.0, began=100.0)
+    assert stated.stop == 600
+    assert SearchTime(20.0, began=100.0).stop == 170  # it has a minute
+    stated.tried()
+    assert (stated.left, stated.stop) == (485, 600)
 
 
 def test_of_frames_that_overlap_the_sharpest_are_taken(tmp_path):
@@ -345,7 +351,7 @@ def test_steps_of_the_global_mapper_are_read_from_its_log(tmp_path, monkeypatch)
                 file.write(text)
 
     monkeypatch.setattr(mapping, "WAIT", 0)
-    assert list(mapping._steps(Process(), log, SearchTime())) == [0, 1]
+    assert list(mapping._steps(Process(), log, np.inf)) == [0, 1]
 
 
 @pytest.mark.parametrize(

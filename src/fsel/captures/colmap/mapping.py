@@ -20,7 +20,6 @@ from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.failures import VerifiedPair, verified_pairs
 from fsel.captures.colmap.pairs import OVERLAP
 from fsel.captures.colmap.runs import MIN_PLACED, SEED, Work
-from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images.matching import epipolar_distances
 from fsel.core.files import emptied
 from fsel.core.limits import threads
@@ -80,17 +79,17 @@ def _globally(database: Path, folder: Path, work: Work) -> list[pycolmap.Reconst
     words = map(str, (copy, folder / "images", output, json.dumps(options)))
     (folder / LOG).unlink(missing_ok=True)  # of an earlier run
     with running([sys.executable, "-m", __name__, *words], folder, os.environ) as process:
-        for _ in work.watch("poses")(_steps(process, folder / LOG, work.time), STEPS):
+        for _ in work.watch("poses")(_steps(process, folder / LOG, work.time.stop), STEPS):
             pass
         if process.poll() is None:  # time ran out
             return []
     return [pycolmap.Reconstruction(str(path)) for path in sorted(output.iterdir())]
 
 
-def _steps(process: subprocess.Popen[bytes], log: Path, limit: SearchTime) -> Iterator[int]:
+def _steps(process: subprocess.Popen[bytes], log: Path, stop: float) -> Iterator[int]:
     """Yield the number of each step that a process says in its log to have done, in time."""
     done = 0
-    while process.poll() is None and not limit.over:
+    while process.poll() is None and time.monotonic() < stop:
         time.sleep(WAIT)
         said = log.read_bytes().count(b" done in ")
         yield from range(done, said)

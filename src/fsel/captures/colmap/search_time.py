@@ -14,7 +14,8 @@ class SearchTime:
     """Time of a search for poses, after which what is placed by then is kept.
 
     Without a limit that a person states, the search for more than the first try places may take
-    three times as long, or a minute. The first try is always mapped.
+    three times as long, or a minute, and so may the global mapper in the first, whose calibration
+    of a repeated pattern takes minutes: another one maps it then.
     """
 
     limit: float | None = None  # seconds in all
@@ -32,13 +33,18 @@ class SearchTime:
         return self.end - time.monotonic()
 
     @property
-    def over(self) -> bool:
-        """Whether a try for more is to be stopped."""
-        return not self.first and self.left <= 0
+    def stop(self) -> float:
+        """The time, as of `time.monotonic`, at which a global mapper that starts now is stopped."""
+        if not self.first:
+            return self.end
+        return self._more() if self.limit is None else max(self.end, self._more())
 
     def tried(self) -> None:
         """Note that the first try is over."""
         if self.first and self.limit is None:
-            now = time.monotonic()
-            self.end = now + max(LEAST_MORE, MORE * (now - self.began))
+            self.end = self._more()
         self.first = False
+
+    def _more(self) -> float:
+        now = time.monotonic()
+        return now + max(LEAST_MORE, MORE * (now - self.began))
