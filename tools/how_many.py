@@ -104,11 +104,14 @@ def lost(rows: pd.DataFrame, kind: str = LARGE) -> pd.DataFrame:
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return of each K the mean dB lost by every kind, over the captures that all of them have."""
-    tables = {kind: lost(rows, kind) for kind in KINDS if kind in set(rows["kind"])}
-    both = pd.concat(tables, axis=1).stack(future_stack=True).dropna()
-    means = both.groupby("k").agg(["mean"]).droplevel(1, axis=1)
-    return means.assign(captures=both.groupby("k").size()).rename_axis("K").reset_index()
+    """Return of each K the mean dB lost by the kinds that were measured with it, over the captures
+    that all of them have."""
+    tables, means = {kind: lost(rows, kind) for kind in KINDS}, []
+    for k in sorted(FRAMES):
+        own = pd.DataFrame({kind: table[k] for kind, table in tables.items() if k in table})
+        own = own.dropna()
+        means.append({"K": k, "captures": len(own), **own.mean()})
+    return pd.DataFrame(means, columns=["K", "captures", *KINDS]).query("captures > 0")
 
 
 def times(rows: pd.DataFrame) -> list[float]:
