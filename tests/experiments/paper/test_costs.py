@@ -95,6 +95,7 @@ def table_of(folder, worst: float) -> pd.DataFrame:
 
 def test_a_row_by_hand(tmp_path, monkeypatch):
     record = {"frames": [10], "low": [-0.2], "median": [1.0], "high": [3.0], "bound": [2.0]}
+    record |= {"total": [40, 200]}
     monkeypatch.setattr(time_quality, "shipped", lambda: record)
     result = table_of(tmp_path, worst=1.0)
     assert _row(result, "10", 10) == [
