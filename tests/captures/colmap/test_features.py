@@ -177,6 +177,7 @@ def test_matches_are_those_of_colmaps_exhaustive_search(tmp_path, monkeypatch):
         if by == "colmap":
             options = pycolmap.FeatureMatchingOptions(skip_geometric_verification=True)
             options.sift.cpu_brute_force_matcher = True
+            options.sift.max_ratio = sift.RATIO
             pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
         else:
             monkeypatch.setenv("FSEL_THREADS", by)
