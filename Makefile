@@ -16,7 +16,7 @@ check: .venv/installed
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# what fewer frames lose on real captures, an hour of one core: `-k auto` and docs/results/how_many.md
+# what fewer frames lose on real captures, four hours of one core: `-k auto` and docs/results/how_many.md
 how_many: .venv/installed
 	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python tools/how_many.py results/how_many/rows.jsonl
 	.venv/bin/python tools/result_pages.py
