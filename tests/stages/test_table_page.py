@@ -31,10 +31,8 @@ def test_every_symbol_of_the_paper_is_shown():
 
 
 def test_a_page_has_the_table_row_by_row(tmp_path):
-    rows = [["A \\& B", "1"], [r"\textbf{C}", "--"]]
-    text = plain_table(
-        ["Method", "dB"], rows, caption="One \\textbf{two}.", label="t", groups=[("PSNR", 1)]
-    )
+    rows, told = [["A \\& B", "1"], [r"\textbf{C}", "--"]], {"caption": r"One \textbf{two}."}
+    text = plain_table(["Method", "dB"], rows, **told, label="t", groups=[("PSNR", 1)])
     (tmp_path / "t.tex").write_text(text)
     table_page(tmp_path / "t.tex", tmp_path / "t.html")
     page = (tmp_path / "t.html").read_text()

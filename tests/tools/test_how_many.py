@@ -60,8 +60,7 @@ def test_captures_unlike_those_measured_say_how_wide_intervals_are():
 def test_from_captures_to_the_record(tmp_path, monkeypatch):
     for name, frames in (("a", 16), ("b", 12)):
         write_ring(tmp_path / name, frames=frames)
-    small = {"HOME": tmp_path, "FRAMES": (6, 4), "STEPS": 7, "GAUSSIANS": {384: 50, 128: 50}}
-    for name, value in small.items():
+    for name, value in (("HOME", tmp_path), ("FRAMES", (6, 4)), ("STEPS", 7)):
         monkeypatch.setattr(how_many, name, value)
     fitted, splats = [], how_many.fsel.fit
 
@@ -78,8 +77,7 @@ def test_from_captures_to_the_record(tmp_path, monkeypatch):
         for kind in ("large", "small", "even", "in_proportion")
         for cell in every[0 if kind in ("large", "small") else 2 :]
     ]
-    counts = [cell[1] or cell[3] for cell in cells]
-    assert [frames for frames, _ in fitted] == counts
+    assert [frames for frames, _ in fitted] == [cell[1] or cell[3] for cell in cells]
     # 7 steps times 6/14, 6/10, 4/14 and 4/10 frames
     assert [steps for _, steps in fitted] == [7] * 16 + [3, 4, 2, 2]
     (tmp_path / "rows.jsonl").write_text("\n".join(map(json.dumps, rows)))
@@ -92,8 +90,8 @@ def test_from_captures_to_the_record(tmp_path, monkeypatch):
     how_many.write(pd.DataFrame(rows), tmp_path)
     record = json.loads((tmp_path / "how_many.json").read_text())
     assert record["frames"] == [4, 6]
-    files = ("captures", "intervals", "kinds", "rules")
-    assert sorted(path.stem for path in tmp_path.glob("*.csv")) == list(files)
+    files = {"captures", "intervals", "kinds", "rules"}
+    assert {path.stem for path in tmp_path.glob("*.csv")} == files
     kinds = pd.read_csv(tmp_path / "kinds.csv")
     assert kinds["even"].to_list() == pytest.approx(even.mean().to_list(), abs=1e-6)
     assert kinds["captures"].to_list() == [2, 2]
