@@ -80,10 +80,9 @@ def fitted(
     capture: Capture, seen: np.ndarray, held: np.ndarray, k: int, kind: Kind
 ) -> dict[str, float]:
     """Return PSNR on the frames held out of a fit to k of those seen, and its seconds."""
-    own, picks, sharp = capture.subset(seen), np.arange(len(seen)), np.zeros(len(seen))
-    if k and kind.even:
-        picks = evenly(len(seen), k)
-    elif k:
+    picks = evenly(len(seen), k or len(seen))
+    if k and not kind.even:
+        own, sharp = capture.subset(seen), np.zeros(len(seen))
         picks = fsel.select(own, k, patience=0, sharpness=sharp).indices
     steps = STEPS * len(picks) // len(seen) if kind.in_proportion else STEPS
     settings: dict[str, Any] = {"steps": steps, "gaussians": GAUSSIANS[kind.side]}

@@ -230,10 +230,9 @@ def _say_end(args: argparse.Namespace, console: Console, content: dict, seconds:
     if not content["targets"]["held_out"]:
         hint = "" if args.targets else " (--targets every:8 holds frames out)"
         console.say("held out", f"none: nerfstudio evaluates on the picks themselves{hint}")
-    place = args.out
-    console.say("written", f"{place} after {seconds:.2f} s")
-    console.say("open", shlex.quote(str(place / REPORT)))
-    console.say("next", shlex.join(["fsel", "reconstruct", str(place), "-o", f"{place}.ply"]))
+    console.say("written", f"{args.out} after {seconds:.2f} s")
+    console.say("open", shlex.quote(str(args.out / REPORT)))
+    console.say("next", shlex.join(["fsel", "reconstruct", str(args.out), "-o", f"{args.out}.ply"]))
 
 
 @contextmanager

@@ -1,5 +1,5 @@
 """SIFT by OpenCV for frames of a video: as many as a frame needs, spread over the image; and their
-matches, as COLMAP's exhaustive search finds them."""
+matches, by the search that COLMAP's exhaustive matcher makes."""
 
 from __future__ import annotations
 
@@ -100,7 +100,8 @@ def match(database: Path, pairs: Sequence[tuple[str, str]]) -> None:
 
 def mutual(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return (m, 2) uint32 rows of (n, 128) and (k, 128) uint8 descriptors that are each other's
-    nearest, and clearly nearer than the second, as COLMAP's `cpu_brute_force_matcher` does."""
+    nearest and, by `RATIO`, clearly nearer than the second: what COLMAP's `cpu_brute_force_matcher`
+    finds with that ratio."""
     if not min(len(one), len(other)):
         return np.empty((0, 2), np.uint32)
     likeness = one.astype(np.float32) @ other.T.astype(np.float32)  # exact: integers below 2^24
