@@ -229,7 +229,7 @@ def rows(
     even = [subset_key(frames) for frames in picks[0][1]] if picks else []
     for (by, wanted), (method, parts, more) in product(methods.items(), picks):
         keys = [subset_key(frames) for frames in parts]
-        once = by == "splats" or method not in (TRIED, *AIMED) or keys == even
+        once = by == "splats" or method not in (TRIED, LOOKED, *AIMED) or keys == even
         fits = 1 if once else asked.seeds
         for seed in range(fits if method in wanted else 0):
             for name, own in ((EVEN, even), (method, keys)):
