@@ -258,6 +258,18 @@ def test_a_picture_that_slides_is_not_placed(shift, parallax, expected, tmp_path
     assert failures.slides(made) is expected
 
 
+def test_a_second_lap_is_found_though_frames_beside_look_more_alike(monkeypatch):
+    from fsel.captures.colmap import pairs
+
+    turn = np.append(np.arange(60) * 0.02, np.arange(60) * 0.02 + 0.11)
+    vectors = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    monkeypatch.setattr(pairs, "described", lambda *_: vectors)
+    names = [str(i) for i in range(120)]
+    chosen = runs._chosen(Path("unused"), names, [Part(range(120), True)])
+    ahead = [*pairs.STEPS, 16, 32, 60, 61, 62, 63, 64]
+    assert [j for i, j in chosen if i == 0] == ahead
+
+
 def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypatch):
     """Two walks of 60 frames along the same 60 places: a frame's likeness is its place."""
     from fsel.captures.colmap import pairs

@@ -16,7 +16,8 @@ from fsel.captures.colmap.features import descriptors_of
 
 WORDS = 32
 SAMPLE = 20_000  # descriptors that the vocabulary is made of
-OVERLAP = 10  # images ahead that each is matched with; then at twice the distance, and so on
+OVERLAP = 10  # images ahead that show much the same
+STEPS = (1, 2, 3, 4, 6, 8, 12)  # images ahead that each is matched with; then 16, 32, 64, ...
 LOOPS, FILMED = 8, 4  # images that look most alike, beyond those, in all and of videos
 ROUNDS = cv2.TERM_CRITERIA_MAX_ITER + cv2.TERM_CRITERIA_EPS
 
@@ -29,8 +30,8 @@ def every_pair(count: int) -> Pairs:
 
 
 def in_sequence(count: int) -> Pairs:
-    """Return (i, j), i < j: neighbours, and images 16, 32, 64, ... ahead."""
-    steps = [*range(1, OVERLAP + 1)]
+    """Return (i, j), i < j: `STEPS` ahead, and 16, 32, 64, ... ahead."""
+    steps = [*STEPS]
     while steps[-1] * 2 < count:
         steps.append(2 ** int(np.log2(steps[-1]) + 1))
     return sorted((i, i + step) for i in range(count) for step in steps if i + step < count)

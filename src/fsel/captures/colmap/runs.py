@@ -38,7 +38,7 @@ PAIR_SECONDS = 0.02, 0.1  # to match a pair, likewise
 MAPPING_SECONDS = 0.8  # seconds a frame and megapixel, placed by the global mapper
 FILMED_SECONDS = 0.4, 0.02  # all of that for a frame of a video, and a pair
 MAPPED_AS = 10  # pairs that take as long to match as a frame to be placed
-PAIRS_BESIDE = 18, 22  # pairs of a frame of videos and others: near, far ahead, and alike
+PAIRS_BESIDE = 14, 18  # pairs of a frame of videos and others: near, far ahead, and alike
 MOST_READ, MOST_KEPT = 8.0, 3.0  # megapixels: COLMAP reduces larger images, and keeps 8192 features
 
 
@@ -239,17 +239,20 @@ def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pair
     """Pairs (i, j), i < j: near ones of each part, and those that look alike in it and beyond."""
     if len(names) <= (FEW if any(part.ordered for part in parts) else EXHAUSTIVE):
         return pairs.every_pair(len(names))
-    near, within, first = [], [], 0
+    near, within, beside, first = [], [], [], 0
     for part in parts:
         count = len(part.numbers)
         every = not part.ordered and count <= EXHAUSTIVE
         close = pairs.every_pair(count) if every else pairs.in_sequence(count)
         near += [(first + i, first + j) for i, j in close]
-        within += [(first + i, first + j) for i, j in pairs.every_pair(count)]
+        own = [(first + i, first + j) for i, j in pairs.every_pair(count)]
+        beside += [(i, j) for i, j in own if part.ordered and j - i <= pairs.OVERLAP]
+        within += own
         first += count
     described = pairs.described(database, names)
     filmed = all(part.ordered for part in parts)
-    found = set(near) | set(pairs.alike(described, near, pairs.FILMED if filmed else pairs.LOOPS))
+    most, known = pairs.FILMED if filmed else pairs.LOOPS, near + beside
+    found = set(near) | set(pairs.alike(described, known, most))
     if len(parts) > 1:  # those that look most alike are often of one part
         found |= set(pairs.alike(described, within))
     return sorted(found)
