@@ -115,7 +115,7 @@ def test_the_picks_are_those_of_the_number_that_is_found(ring):
     every = fsel.select(ring, found.frames, "every:6", patience=0)
     assert (chosen.names, every.budget) == (every.names, None)
     assert fsel.how_many(ring) == HowMany.of(24)
-    uniform = fsel.select(ring, fsel.Auto(9), method="uniform")  # its picks are not nested
+    uniform = fsel.select(ring, fsel.Auto(10), method="uniform")  # its picks are not nested
     assert len(uniform) == uniform.budget.enough == min(shipped()["frames"])
 
 

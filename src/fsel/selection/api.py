@@ -133,7 +133,7 @@ def how_many(capture: Source) -> HowMany:
     Example:
         >>> table = fsel.how_many("captures/garden")
         >>> [row.frames for row in table.rows]
-        [20, 45, 70]
+        [8, 12, 20, 30, 45, 70]
     """
     found = select(capture, Auto(), patience=0).budget
     assert found is not None
