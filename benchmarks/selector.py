@@ -3,7 +3,7 @@
 `fsel` is its linear rule on the inputs that it reads; a network is a fresh one on all inputs.
 `reference` is the loop without a compiler, which the command uses for small pools; `features` is
 what the rule needs computed before the first pick. Prints medians of the processor's time, and peak
-memory above what the inputs take. Baselines are timed by the rule `selection_time`.
+memory above what the inputs take. Baselines are timed by the rule `speed_error`.
 
     OMP_NUM_THREADS=1 python benchmarks/selector.py
 """

@@ -34,16 +34,11 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-STUDIES = ("selection_time", "speed_error")
-
-
-def test_studies_are_made_when_asked_for(tmp_path, usual):
-    tables = [f"results/smoke/tables/{name}.csv" for name in STUDIES]
-    asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
-    for name in STUDIES:
-        assert asked[name] == 1, name
-    assert usual["ksweep"] == 1
-    assert not set(STUDIES) & set(usual)
+def test_the_study_is_made_when_asked_for(tmp_path, usual):
+    table = "results/smoke/tables/speed_error.csv"
+    asked = planned(dry_run(tmp_path, changed(tmp_path), table))
+    assert asked["speed_error"] == usual["ksweep"] == 1
+    assert "speed_error" not in usual
 
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):

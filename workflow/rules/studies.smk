@@ -5,31 +5,14 @@ Outputs: <tables>/{table}.{tex,csv}.
 """
 
 
-use rule table as selection_time with:
-    input:
-        **inputs.capture(
-            folder=f"<results>/{inputs.joined(experiment.evaluation_scenes)[0]}"
-        ),
-        weights=experiment.scorers,
-    output:
-        **shown("selection_time", "Selection time", "Tables", folder=""),
-    log:
-        "<results>/logs/selection_time.log",
-    benchmark:
-        "<results>/benchmarks/selection_time.jsonl"
-    resources:
-        **experiment.resources(4000, 60, "capture"),
-    params:
-        lib=experiment.library("selection_time"),
-        pools=experiment.config["timing"]["pools"],
-        k=experiment.config["timing"]["k"],
-        targets=experiment.config["targets"],
-        appearance=experiment.config["appearance"],
-
-
 use rule table as speed_error with:
     input:
-        times="<tables>/selection_time.csv",
+        **inputs.capture(
+            inputs.DESCRIBED,
+            folder=f"<results>/{inputs.joined(experiment.evaluation_scenes)[0]}",
+        ),
+        split=inputs.of_problems(experiment.problems(), "split.parquet")[0],
+        weights=experiment.scorers,
         evaluations=lambda wildcards: inputs.of_problems(
             scenes.held_out_problems(experiment), "evaluation.parquet"
         ),
@@ -44,8 +27,13 @@ use rule table as speed_error with:
         ),
     log:
         "<results>/logs/speed_error.log",
+    benchmark:
+        "<results>/benchmarks/speed_error.jsonl"
+    resources:
+        **experiment.resources(4000, 60, "capture"),
     params:
         lib=experiment.library("speed_error"),
         problems=lambda wildcards: scenes.held_out_problems(experiment),
         k=experiment.config["search"]["k"],
+        appearance=experiment.config["appearance"],
         facts=experiment.facts([experiment.trained]),

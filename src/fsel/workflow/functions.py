@@ -45,7 +45,6 @@ LISTED = {
     "teaser": f"{PAPER}.views:qualitative",
     "qualitative": f"{PAPER}.views:qualitative",
     "real_world": f"{PAPER}.views:real_world",
-    "selection_time": f"{STUDIES}.selection_time:selection_time",
     "speed_error": f"{STUDIES}.speed_error:speed_error",
 }
 

@@ -6,14 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 from described_scene import write_scene
-from selection_problems import random_capture, random_problem, with_points
 
+from fsel.core.problem import Problem
 from fsel.evaluation.figures import new_figure
 from fsel.evaluation.sweep import PLAIN
-from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.studies.speed_error import _draw_methods, gaps, speed_error
+from fsel.experiments.paper.time_quality import timed
+from fsel.experiments.studies import speed_error
+from fsel.experiments.studies.speed_error import _draw_methods, gaps, method_seconds
 from fsel.metrics import METRICS
 from fsel.selectors.baselines import METHODS
+from fsel.workflow.settings import shipped
 
 ENDINGS = ("tex", "csv", "pdf", "png")
 FACTS = {"embedded": ["A"], "real": [], "reconstructor": "splats", "long_side": 32}
@@ -24,40 +26,6 @@ APPEARANCE = {"kind": "lab_hog", "weights": None}
 def scene(tmp_path_factory):
     """A small canonical capture with descriptors and one draw of targets."""
     return write_scene(tmp_path_factory.mktemp("scene"))
-
-
-def test_a_path_at_twice_the_rate_has_its_frames_and_their_midpoints():
-    capture = random_capture(6)
-    dense, old = refilmed(capture, 11)
-    np.testing.assert_allclose(dense.world_to_camera[::2], capture.world_to_camera, atol=1e-12)
-    middle = (capture.centers[1:] + capture.centers[:-1]) / 2
-    np.testing.assert_allclose(dense.centers[1::2], middle, atol=1e-12)
-    rotation, turns = dense.world_to_camera[1::2, :, :3], capture.world_to_camera[:, :, :3]
-    # halfway between two rotations is as far from one as from the other
-    ends = (np.linalg.norm(rotation - end, axis=(1, 2)) for end in (turns[:-1], turns[1:]))
-    np.testing.assert_allclose(*ends)
-    np.testing.assert_array_equal(old[::2], np.arange(6))
-    np.testing.assert_array_equal(dense.images[[0, 4, 10]], capture.images[[0, 2, 5]])
-
-
-def test_a_new_frame_sees_what_its_old_one_saw():
-    capture = with_points(random_problem(12)).capture
-    points = capture.points
-    dense, old = refilmed(capture, 20)
-    for frame in range(20):
-        seen = dense.points.track_point[dense.points.track_frame == frame]
-        expected = points.track_point[points.track_frame == old[frame]]
-        np.testing.assert_array_equal(np.sort(seen), np.sort(expected))
-
-
-@pytest.mark.parametrize("pool", [12, 40, 300])
-def test_a_problem_has_the_asked_pool(pool):
-    rng = np.random.default_rng(0)
-    described = rng.random((30, 3)).astype(np.float32), rng.random(30)
-    problem = problem_of_size(random_capture(30), *described, pool=pool, targets=4)
-    assert len(problem.observed) == pool
-    assert len(problem.targets) == len(problem.proxies) == 4
-    assert len(problem.descriptors) == len(problem.sharpness) == pool + 4
 
 
 @pytest.mark.parametrize(("seconds", "runs"), [(0.1, 5), (0.4, 3), (7.0, 1)])
@@ -74,21 +42,14 @@ def test_slow_runs_are_repeated_less(monkeypatch, seconds, runs):
     assert len(calls) == runs
 
 
-def test_every_method_is_timed_and_only_readers_pay_for_descriptors(scene, tmp_path):
-    paths = [tmp_path / "t.tex", tmp_path / "t.csv"]
-    sizes = {"pools": [30, 20], "k": 6, "targets": 4}
-    selection_time(scene, [], *paths, **sizes, appearance=APPEARANCE)
-    table = pd.read_csv(paths[1])
-    assert table["pool"].unique().tolist() == [20, 30]
-    assert set(table["method"]) == set(METHODS) - {"all"}
+def test_every_method_is_timed_and_only_readers_pay_for_descriptors(scene):
+    problem = Problem.load(scene, scene / "split.parquet")
+    table = method_seconds(problem, [shipped("fsel")], 6, APPEARANCE)
+    assert set(table.index) == set(METHODS) - {"all"} | {"fsel"}
     assert (table["selection"] > 0).all()
-    for method, part in table.groupby("method"):
-        assert (part["descriptors"] > 0).all() == bool(METHODS[method].reads)
-    of_dpp = table[table["method"] == "dpp"].set_index("pool")["descriptors"]
-    assert of_dpp[30] == pytest.approx(1.5 * of_dpp[20], rel=1e-2)
-    text = paths[0].read_text()
-    assert "20 frames & 30 frames" in text
-    assert text.count(" + ") == 2 * sum(bool(METHODS[name].reads) for name in set(table["method"]))
+    reads = [name in METHODS and bool(METHODS[name].reads) for name in table.index]
+    np.testing.assert_array_equal(table["descriptors"] > 0, reads)
+    np.testing.assert_allclose(table["seconds"], table["descriptors"] + table["selection"])
 
 
 def test_the_gap_to_the_search_by_hand():
@@ -127,23 +88,25 @@ def test_no_two_lines_from_points_to_names_cross(seed):
         assert apart or side(*other, one[0]) == side(*other, one[1])
 
 
-def test_speed_and_error_of_equal_numbers_are_equal_bytes(tmp_path):
-    times = pd.DataFrame({"method": ["fvs", "random", "fvs"], "k": 30, "pool": [130, 130, 1000]})
-    times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
+def test_speed_and_error_of_equal_numbers_are_equal_bytes(scene, tmp_path, monkeypatch):
+    times = {"descriptors": 0.1, "selection": [0.2, 0.001], "seconds": [0.3, 0.101]}
+    times = pd.DataFrame(times, index=["fvs", "random"])
+    monkeypatch.setattr(speed_error, "method_seconds", lambda *_: times)
     tables = {"evaluation": {"fvs": [20, 21], "random": [18, 18]}, "oracle": {"search": [22, 23]}}
     for name, values in tables.items():
         rows = [(m, 0, 10, t, v, 0.5, 0.1) for m, vs in values.items() for t, v in enumerate(vs)]
         table = pd.DataFrame(rows, columns=["method", "seed", "k", "target", *METRICS])
         table.to_parquet(tmp_path / f"{name}.parquet")
-    read = [[tmp_path / f"{name}.parquet"] for name in tables]
+    read = [scene, scene / "split.parquet", []]
+    read += [[tmp_path / f"{name}.parquet"] for name in tables]
     for name in "ab":
         table, numbers, *figures = (tmp_path / f"{name}.{ending}" for ending in ENDINGS)
-        made = table, numbers, figures
-        asked = {"problems": ["d/s/draw0"], "k": 10, "facts": FACTS}
-        speed_error(tmp_path / "t.csv", *read, *made, **asked)
+        asked = {"problems": ["d/s/draw0"], "k": 10, "appearance": APPEARANCE, "facts": FACTS}
+        speed_error.speed_error(*read, table, numbers, figures, **asked)
     for ending in ENDINGS:
         first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
         assert first == second
     text = (tmp_path / "a.tex").read_text()
     assert "FVS & 300 & 2.00" in text
-    assert len(pd.read_csv(tmp_path / "a.csv")) == 2
+    assert "10 of 36 frames" in text
+    assert pd.read_csv(tmp_path / "a.csv").set_index("method").loc["fvs", "selection"] == 0.2
