@@ -37,7 +37,7 @@ from fsel.reconstruct.gaussians import Gaussians, losses, optimiser, render
 from fsel.reconstruct.gaussians.training import Training
 from fsel.reconstruct.radiance_field import RadianceField, grid
 from fsel.reconstruct.radiance_field import training as field
-from fsel.reconstruct.splats import Splats, consistency, reconstructor
+from fsel.reconstruct.splats import Splats, fusion, reconstructor
 from fsel.selection.halving import small_fits
 
 PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
@@ -47,7 +47,7 @@ SIZES = (  # pixels, Gaussians, frames, steps of a turn
     (640, 60_000, 12, 16),
 )
 WITHIN = 0.02  # of the extent of the cameras
-SHARED, COUNTS = (losses, optimiser, render, reconstructor, consistency, field, grid), (1, 2, 4, 8)
+SHARED, COUNTS = (losses, optimiser, render, reconstructor, fusion, field, grid), (1, 2, 4, 8)
 HEAD = """# Seconds by threads
 
 `python benchmarks/threads.py`, on {cores} cores, at a load of {load:.1f} when it began: the second

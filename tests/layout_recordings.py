@@ -14,7 +14,7 @@ from fsel.captures.layouts import LAYOUTS, colmap
 from fsel.captures.layouts.contract import Recording
 from fsel.core.geometry import invert_pose
 from fsel.core.names import natural
-from fsel.synthetic.sensor import project
+from fsel.synthetic.record import project
 
 PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
 OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))

@@ -13,10 +13,11 @@ from fsel.reconstruct import RECONSTRUCTORS
 
 listed = [*METHODS, *LAYOUTS, *RECONSTRUCTORS]
 assert "splats" in RECONSTRUCTORS
-lazy = {"fsel.selectors.baselines.fvs", "fsel.captures.layouts.co3d", "fsel.reconstruct.splats"}
+lazy = {"fsel.selectors.baselines.by_pose", "fsel.captures.layouts.co3d", "fsel.reconstruct.splats"}
 print(*lazy & set(sys.modules))
 METHODS["fvs"], LAYOUTS["co3d"], RECONSTRUCTORS["splats"]
-print(*{"fsel.selectors.baselines.cover", "fsel.captures.layouts.scannet"} & set(sys.modules))
+others = {"fsel.selectors.baselines.by_reconstruction", "fsel.captures.layouts.scannet"}
+print(*others & set(sys.modules))
 """
 
 

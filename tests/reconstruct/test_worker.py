@@ -20,8 +20,7 @@ from worker_checks import check_worker
 from fsel.core.programs import Unfinished, tail
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import check_needs
-from fsel.reconstruct.external import External
-from fsel.reconstruct.external.files import write_files
+from fsel.reconstruct.external import External, write_files
 from fsel.reconstruct.external.worker import close_all
 from fsel.reconstruct.selected import restricted
 

@@ -8,7 +8,6 @@ from small_captures import record_of, select
 
 import fsel
 from fsel.captures.quality.findings import MISPLACED, Finding, Health
-from fsel.selection.gaps import gap_of
 from fsel.selection.request import SelectionRequest, checked_request
 from fsel.selection.select import select_frames
 
@@ -23,16 +22,16 @@ def test_the_largest_gap_is_by_what_is_seen(ring):
     """Of 24 cameras on a ring, three picks beside each other leave out the other side."""
     opened = fsel.read_capture(ring)
     picks = [0, 1, 2, 3, 4, 5, 6, 7]
-    gap = gap_of(outcome_of(opened, picks))
+    gap = outcome_of(opened, picks).gap
     assert gap.frame in (15, 16)  # eight steps from 7, and from 0
     assert gap.wide
-    even = gap_of(outcome_of(opened, [0, 6, 12, 18]))
+    even = outcome_of(opened, [0, 6, 12, 18]).gap
     assert not even.wide
     assert even.shift == pytest.approx(even.usual)
     wrong = Health(tuple(Finding(i, MISPLACED, 2.0, 1.0, "") for i in range(12, 24)))
     left = dataclasses.replace(outcome_of(opened, picks), health=wrong)
-    assert gap_of(left).frame == 11
-    assert gap_of(outcome_of(opened, [0, 12])) is None
+    assert left.gap.frame == 11
+    assert outcome_of(opened, [0, 12]).gap is None
 
 
 def test_a_gap_is_told_and_shown(ring, tmp_path, capsys):

@@ -14,8 +14,7 @@ from fsel.captures.layouts.contract import SUBJECT
 from fsel.core.geometry import camera_centers
 from fsel.synthetic import FAMILIES, record, trajectories
 from fsel.synthetic.families import FAMILY
-from fsel.synthetic.record import clear_shot
-from fsel.synthetic.sensor import film, motion, project, unproject
+from fsel.synthetic.record import clear_shot, film, motion, project, unproject
 from fsel.synthetic.trajectories import Habits, Shot
 
 SUBJECTS = ("scannet", "co3d")

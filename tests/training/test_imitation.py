@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from fsel.selectors.baselines import untrained
+from fsel.selectors.policies import UNTRAINED
 from fsel.selectors.scorer import INPUTS, Network
 from fsel.training.imitation import SUM_SCALE, Trajectory, begin_as_sum, perceptron, train
 
@@ -50,7 +50,7 @@ def test_a_network_may_begin_as_the_untrained_sum():
         network[4].weight[0, 2:] = 0
     inputs = np.random.default_rng(0).normal(size=(50, INPUTS)).astype(np.float32)
     scores = network(torch.from_numpy(inputs)).detach().numpy()[:, 0]
-    expected = SUM_SCALE * untrained.METHOD.scorer.scores(inputs)
+    expected = SUM_SCALE * UNTRAINED.scorer.scores(inputs)
     assert np.ptp(scores - expected) < 1e-5  # but for the last bias
     _, log = fit(from_sum=True, epochs=1)
     assert log["loss"][0] != fit(epochs=1)[1]["loss"][0]

@@ -7,7 +7,7 @@ import pytest
 from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 
 @pytest.mark.parametrize(

@@ -125,8 +125,8 @@ def library(tmp_path_factory):
 @pytest.mark.parametrize(
     ("stage", "part", "without"),
     [
-        ("generate", "synthetic/families.py", "selectors/baselines/fvs.py"),
-        ("select", "selectors/baselines/fvs.py", "evaluation/latex.py"),
+        ("generate", "synthetic/families.py", "selectors/baselines/by_pose.py"),
+        ("select", "selectors/baselines/by_pose.py", "evaluation/latex.py"),
         ("evaluate", "evaluation/evaluator.py", "reconstruct/gaussians/__init__.py"),
         ("ksweep", "evaluation/latex.py", "synthetic/families.py"),
     ],

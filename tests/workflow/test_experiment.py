@@ -10,7 +10,7 @@ from dry_runs import SMOKE, experiment, with_dataset
 
 from fsel.evaluation import latex
 from fsel.workflow import inputs, scenes
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}

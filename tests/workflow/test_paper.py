@@ -12,7 +12,7 @@ from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.functions import LISTED
 from fsel.workflow.paper import Paper
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}

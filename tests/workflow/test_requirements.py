@@ -8,7 +8,7 @@ from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
 from fsel.workflow import requirements
 from fsel.workflow.paper import Paper
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 SHIPPED = ROOT / "src" / "fsel" / "selectors" / "weights"
 FIRST = {"name": "splats", "long_side": 48}

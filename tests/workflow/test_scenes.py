@@ -6,7 +6,7 @@ import pytest
 from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
 from fsel.workflow import cases, scenes
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 SCENE = SimpleNamespace(dataset="dl3dv", scene="evaluation00")
 

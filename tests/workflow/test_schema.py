@@ -15,8 +15,7 @@ from fsel.metrics import REGISTERED
 from fsel.metrics.published import PICKLES
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.synthetic import FAMILIES
-from fsel.workflow.refusal import Refusal
-from fsel.workflow.schema import complete, read_schema
+from fsel.workflow.schema import Refusal, complete, read_schema
 
 SCHEMA = read_schema(ROOT / "workflow" / "schemas" / "config.schema.yaml")
 KEYS = SCHEMA["properties"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.quality import Health
+from fsel.captures.quality import Health, findings
 from fsel.captures.quality.examination import examined
 from fsel.cli import open_capture
 from fsel.cli.console import Console
@@ -20,7 +20,6 @@ from fsel.core.capture import Capture
 from fsel.core.geometry import lengths
 from fsel.core.names import natural
 from fsel.core.wording import counted
-from fsel.selection import bad_frames
 from fsel.selection.budget import LEAST, Auto, find
 from fsel.selection.export.record import reason
 from fsel.selection.focus import scene_bounds
@@ -59,7 +58,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         place = " ".join(f"{x:.4g}" for x in result["looked_at"])
         console.say("looked at", f"{place} (the point closest to all optical axes)")
     console.say("agree", str(opened.agreement))
-    for line in bad_frames.in_words(health, capture.names):
+    for line in findings.in_words(health, capture.names):
         console.say(*line)
     if not health.findings:
         console.say("bad", "no frames")
@@ -90,7 +89,7 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
         "looked_at": looked_at,
-        "bad": bad_frames.entries(health, capture.names),
+        "bad": findings.entries(health, capture.names),
         **_enough(capture, health),
     }
 

@@ -15,6 +15,7 @@ import numpy as np
 from fsel.captures.images.previews import check_pixels, picture_side, thumbnails
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.poses.placement import notes
+from fsel.captures.quality import findings
 from fsel.cli import unposed
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opened, reasons
@@ -26,7 +27,6 @@ from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages.report import REPORT, page
 from fsel.pages.shown import Commands, ReportContent, frames_shown
-from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
 from fsel.selection.export.subset import FRAMES
@@ -162,7 +162,7 @@ def _write(
     with console.clock("writing"):
         points = subset.write(stage, source, picks, held_out, form)
     if outcome.health is not None:
-        bad_frames.write(outcome.health, source.capture.names, stage / bad_frames.TABLE)
+        findings.write(outcome.health, source.capture.names, stage / findings.TABLE)
     return replace(outcome, seen=points.seen_from(np.searchsorted(used, picks), len(used)))
 
 

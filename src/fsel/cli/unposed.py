@@ -13,13 +13,12 @@ import numpy as np
 from fsel.captures.images import files as image_files
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import unposed
-from fsel.captures.quality.findings import DUPLICATE
+from fsel.captures.quality.findings import DUPLICATE, entries
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opening_of
 from fsel.core.files import json_text
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
-from fsel.selection import bad_frames
 from fsel.selection.export import placing
 from fsel.selection.unposed import DEFAULT, POSELESS, select_unposed
 
@@ -44,7 +43,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         picks, health = select_unposed(opened, args.k, method, console, keep_bad=args.keep_bad)
         _write(stage, opened, picks, args)
         names = opened.capture.names
-        found = bad_frames.entries(health, names)
+        found = entries(health, names)
         content = {
             "source": opened.capture.source,
             "method": method.name,

@@ -19,7 +19,6 @@ from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.budget import Budget
 from fsel.selection.export.record import closeness, reason, summary, trials
-from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.validation import ValidationResult
 
@@ -81,7 +80,7 @@ def page(shown: ReportContent) -> str:
 
 def _gap(shown: ReportContent) -> list[str]:
     """Return a wide gap between the picks in words, with the picture of a frame in it."""
-    gap = gap_of(shown.outcome)
+    gap = shown.outcome.gap
     if gap is None or not gap.wide:
         return []
     picture = shown.pictures.get(gap.frame)

@@ -13,8 +13,8 @@ from fsel.core.problem import Problem
 from fsel.core.subsets import evenly
 from fsel.selection.covisible import covisible
 from fsel.selection.scene_depth import scene_distances
+from fsel.selectors.baselines.by_pose import in_turn, nearest_frames
 from fsel.selectors.baselines.kmedoids import fasterpam
-from fsel.selectors.baselines.nearest import in_turn, nearest
 
 EVEN = "uniform"  # uniform sampling, which the others are compared with
 RULE = "fsel"
@@ -48,7 +48,7 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
 def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:
     """A few selections by name, (k,) frames each, for targets, (F,) frames that are not picked.
 
-    `nearest`: see `fsel.selectors.baselines.nearest`. `nearest_in_depths`: the same by
+    `nearest`: see `fsel.selectors.baselines.by_pose`. `nearest_in_depths`: the same by
     `scene_distances`. `half_nearest`: the first half of `nearest`, then the first of the rule's
     (k,) picks. `covisibility`: of what the targets see, see `fsel.selection.covisible`.
     """
@@ -56,7 +56,7 @@ def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str
     frames = np.union1d(pool, targets)
     aimed = np.isin(frames, targets)
     depths = scene_distances(problem.capture, frames)[np.ix_(~aimed, aimed)]
-    close = nearest(problem, pool, k)
+    close = nearest_frames(problem, pool, k)
     first = close[: (k + 1) // 2]
     rest = rule[~np.isin(rule, first)][: k - len(first)]
     return {

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from fsel.captures.lazy import of_capture
-from fsel.captures.quality.findings import Health
+from fsel.captures.quality.findings import MISPLACED, Health
 from fsel.core.capture import Capture
 from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
@@ -24,6 +25,9 @@ from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
 
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
+WIDE = 3.0  # times the usual gap between picks, from which the output warns
+MOST = 3000  # frames in which gaps are looked for, evenly spread
+LEAST = 3  # picks that tell which gap is usual
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,6 +107,27 @@ class Selection:
         return Path(folder)
 
 
+class Gap(NamedTuple):
+    """The largest gap between picks: the frame in it that is farthest from all of them."""
+
+    frame: int
+    name: str
+    shift: float  # to the nearest pick: turn and parallax, in fields of view
+    usual: float  # the median over the picks of that of the farthest frame around each
+
+    @property
+    def wide(self) -> bool:
+        """Check whether it is so much larger than usual that a part of the scene may be missing."""
+        return self.shift > WIDE * self.usual
+
+    def __str__(self) -> str:
+        return (
+            f"the picks leave a gap: {self.name} lies {self.shift:.2f} fields of view from the "
+            f"nearest pick, {self.usual:.2f} is usual. Hint: --always {self.name} picks it; where "
+            "all frames there are bad, film that part again"
+        )
+
+
 @dataclass(frozen=True)
 class Outcome:
     """A selection with what it was made from.
@@ -168,3 +193,21 @@ class Outcome:
         earlier = np.arange(len(point)) - np.repeat(first, often)
         count = np.bincount(pick[earlier < WELL], minlength=k)
         return count / len(known)
+
+    @cached_property
+    def gap(self) -> Gap | None:
+        """The largest gap between the picks, in what is seen and not in time; None of few, and
+        where targets are stated."""
+        capture, picks = self.capture, self.selection.indices
+        if self.targets.kind != ALL or len(picks) < LEAST:
+            return None
+        frames = evenly(len(capture), MOST)
+        if self.health is not None:
+            frames = np.setdiff1d(frames, self.health.of_kind(MISPLACED))
+        depth = float(np.median(viewing_distance(capture.views, capture.points)))
+        shift = image_shift(capture.view(picks), capture.view(frames), depth)
+        around, nearest = np.zeros(len(picks)), shift.min(axis=0)
+        np.maximum.at(around, shift.argmin(axis=0), nearest)
+        at = int(np.argmax(nearest))
+        frame = int(frames[at])
+        return Gap(frame, capture.names[frame], float(nearest[at]), float(np.median(around)))

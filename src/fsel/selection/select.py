@@ -12,14 +12,13 @@ from fsel.captures.images.previews import sharpness_among
 from fsel.captures.lazy import LazyCapture, of_capture
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
+from fsel.captures.quality.findings import in_words
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.core.capture import Capture
 from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.subsets import subset_key
 from fsel.selection import budget
-from fsel.selection.bad_frames import in_words
 from fsel.selection.budget import Auto
-from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome, Selection
 from fsel.selection.panoramas import by_panorama
 from fsel.selection.problem import measured, request_problem, with_target_depths
@@ -52,7 +51,7 @@ def select_frames(checked: CheckedRequest, reporter: Reporter = SILENT) -> Outco
     selection = replace(selection, budget=found)
     seconds["select"] = selection.seconds
     outcome = Outcome(capture, targets, selection, problem, checked.method, health, seconds)
-    gap = gap_of(outcome)
+    gap = outcome.gap
     if gap is not None and gap.wide:
         reporter.warn(str(gap))
     return outcome

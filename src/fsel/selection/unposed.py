@@ -7,12 +7,11 @@ import numpy as np
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
-from fsel.captures.quality.findings import DUPLICATE
+from fsel.captures.quality.findings import DUPLICATE, in_words
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.registry import Registry
 from fsel.features.appearance import LAB_HOG, descriptors
-from fsel.selection.bad_frames import in_words
 from fsel.selectors.baselines import METHODS, PRACTICE, WITHOUT_POSES
 from fsel.selectors.baselines.before_poses import farthest
 

@@ -31,7 +31,7 @@ from fsel.features.conditioned import (
     nearest_view_penalty,
     visibility,
 )
-from fsel.features.static import proxy_points, static_features
+from fsel.features.static import SIGNS, proxy_points, static_features
 from fsel.selectors.greedy import Prepared, Rows, greedy, standardise
 from fsel.selectors.scorer import Linear, Network, Scorer
 
@@ -198,6 +198,10 @@ GEOMETRY = LESS_IS_MORE.without(
 )
 KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
 """Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""
+
+SUM = replace(LESS_IS_MORE, name="untrained", label="Untrained sum", kind=Linear)
+UNTRAINED = SUM.method(Linear(SIGNS))
+"""The untrained control: the scorer's features, sign-corrected and summed (paper, Appendix D.3)."""
 
 RENAMED = {
     "ours": "less_is_more",

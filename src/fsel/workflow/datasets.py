@@ -12,7 +12,7 @@ from typing import Any
 
 from fsel.captures.layouts import LAYOUTS
 from fsel.core.names import natural
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import Refusal
 
 ROLES = ("train", "validation", "evaluation", "object")
 COUNTED = ("evaluation", "validation", "train", "object")  # the order in which folders are taken

@@ -16,12 +16,11 @@ from fsel.captures.layouts import LAYOUTS
 from fsel.core import packages
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
-from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.functions import home_of
-from fsel.workflow.refusal import Refusal
-from fsel.workflow.settings import PACKAGE, TRAINED, Settings, shipped
+from fsel.workflow.schema import Refusal
+from fsel.workflow.settings import PACKAGE, TRAINED, Settings, described_reconstructor, shipped
 
 DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
@@ -258,7 +257,7 @@ class Experiment(Settings):
             "real": [labels[d] for d in labels if kinds_of(entries[d]) != ["embedded"]],
             "missing": list(self.datasets.labels_missing),
             **({"without_lpips": True} if self.without_lpips else {}),
-            **reconstructors.described(name, self.reconstructors[name]),
+            **described_reconstructor(name, self.reconstructors[name]),
             "descriptor": self.config["appearance"]["kind"],
             "search_k": self.config["search"]["k"],
             "draws": self.config["draws"],

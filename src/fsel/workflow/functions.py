@@ -39,12 +39,12 @@ LISTED = {
     "pose_sources": f"{PAPER}.pose_sources:pose_sources",
     "evaluate_transfer": f"{PAPER}.transfer:evaluate_transfer",
     "transfer": f"{PAPER}.transfer:transfer",
-    "evaluate_reconchoice": f"{PAPER}.reconchoice:evaluate_reconchoice",
-    "reconchoice": f"{PAPER}.reconchoice:reconchoice",
+    "evaluate_reconchoice": f"{PAPER}.transfer:evaluate_reconchoice",
+    "reconchoice": f"{PAPER}.transfer:reconchoice",
     "pipeline_figure": f"{PAPER}.pipeline_figure:pipeline_figure",
-    "teaser": f"{PAPER}.views:qualitative",
-    "qualitative": f"{PAPER}.views:qualitative",
-    "real_world": f"{PAPER}.views:real_world",
+    "teaser": f"{PAPER}.pictures:qualitative",
+    "qualitative": f"{PAPER}.pictures:qualitative",
+    "real_world": f"{PAPER}.pictures:real_world",
     "speed_error": f"{STUDIES}.speed_error:speed_error",
 }
 

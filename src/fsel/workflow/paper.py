@@ -11,11 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from fsel.captures.colmap.estimator import source_of
-from fsel.workflow import inputs, reconstructors, requirements, scenes
+from fsel.workflow import inputs, requirements, scenes
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Choice, Experiment
-from fsel.workflow.refusal import MissingProgram, Refusal
-from fsel.workflow.settings import PAGE
+from fsel.workflow.schema import MissingProgram, Refusal
+from fsel.workflow.settings import (
+    PAGE,
+    described_reconstructor,
+    named_reconstructors,
+    without_name,
+)
 
 TRANSFER, CHOICE, PICTURES = "transfer", "reconchoice", "pictures"  # sections with reconstructors
 STAND_INS = "config/stand_ins.yaml"
@@ -163,7 +168,7 @@ class Paper:
         unless it names its own."""
         own = self.experiment.config[table]["reconstructions"]
         given = self.experiment.config[TRANSFER]["reconstructions"] if own is None else own
-        return reconstructors.named(given, f"{table}.reconstructions")
+        return named_reconstructors(given, f"{table}.reconstructions")
 
     def reconstruction(self, table: str) -> Choice:
         """Choose the section of the wildcard `compared` among the reconstructors of a table."""
@@ -200,7 +205,7 @@ class Paper:
     def described(self, table: str) -> dict[str, dict[str, Any]]:
         """Map each reconstructor of a table to what a caption says of it."""
         sections = self.compared(table).items()
-        return {name: reconstructors.described(name, section) for name, section in sections}
+        return {name: described_reconstructor(name, section) for name, section in sections}
 
     def pose_labels(self) -> list[str]:
         """Name the two sources of poses as `pose_sources` prints them."""
@@ -254,12 +259,12 @@ class Paper:
     @property
     def pictured(self) -> Section:
         """Reconstructor of the pictures."""
-        return reconstructors.without_name(self.experiment.config[PICTURES])
+        return without_name(self.experiment.config[PICTURES])
 
     def picture_facts(self, dataset: str) -> dict[str, Any]:
         """Return what the line under a figure of views says of a dataset and the reconstructor."""
         own = self.pictured
-        return self.experiment.facts([dataset]) | reconstructors.described(own["name"], own)
+        return self.experiment.facts([dataset]) | described_reconstructor(own["name"], own)
 
     def picture_size(self) -> dict[str, int]:
         """Return the width and height of embedded captures that are rendered again for pictures."""

@@ -18,7 +18,7 @@ from fsel.core.programs import MissingRequirement
 from fsel.reconstruct import check_needs
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import MissingProgram, Refusal
+from fsel.workflow.schema import MissingProgram, Refusal
 from fsel.workflow.settings import PAGE
 
 

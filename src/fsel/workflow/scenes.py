@@ -8,8 +8,8 @@ from typing import Any
 from fsel.workflow.datasets import folder_of, kinds_of, roots_of
 from fsel.workflow.experiment import Choice, Experiment
 from fsel.workflow.inputs import joined, of_scenes
-from fsel.workflow.refusal import Refusal
 from fsel.workflow.requirements import check_poses
+from fsel.workflow.schema import Refusal
 from fsel.workflow.settings import Scene
 
 Scenes = list[Scene]

@@ -1,6 +1,7 @@
-"""Schemas of the configuration, whose lists of names follow the registries when they are read.
+"""Schemas of the configuration, and refusals of what does not fit them.
 
-In an `enum`, a word such as `fsel.captures.layouts:LAYOUTS` stands for the names of that registry.
+Lists of names follow the registries when schemas are read: in an `enum`, a word such as
+`fsel.captures.layouts:LAYOUTS` stands for the names of that registry.
 """
 
 from __future__ import annotations
@@ -15,9 +16,24 @@ import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
 from fsel.core.registry import closest
-from fsel.workflow.refusal import Refusal
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
+
+
+class Refusal(SystemExit):
+    """A configuration that no job could serve: what is wrong, and what helps.
+
+    It is no `Exception`, so that Snakemake ends with its message alone: wrapped in an error of an
+    input function, it would be printed with a traceback.
+    """
+
+    def __init__(self, reason: str, hint: str) -> None:
+        super().__init__(f"config: {reason}\nHint: {hint}")
+        self.reason = reason
+
+
+class MissingProgram(Refusal):
+    """A configuration that could be served where reconstructors' programs were."""
 
 
 def read_yaml(path: str | Path) -> Any:

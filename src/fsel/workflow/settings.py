@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, product
@@ -11,10 +11,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from fsel.core.names import name_seed
-from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
-from fsel.workflow.refusal import Refusal
-from fsel.workflow.schema import complete, read_schema, read_yaml
+from fsel.workflow.schema import Refusal, complete, read_schema, read_yaml
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PAGE = "config/README.md describes every key"
@@ -48,12 +46,12 @@ class Settings:
         complete(sources, schema, f"in {path}", str(path))
         trusted = not asks and not config["allow_missing"]
         datasets = Datasets.of(config["datasets"], sources, trusted)
-        named = reconstructors.named(config["reconstruction"], "reconstruction")
+        named = named_reconstructors(config["reconstruction"], "reconstruction")
         search = dict(config["search"])
         labeller = search.pop("reconstruction") or next(iter(named.values()))
         own = {**config, "datasets": datasets.entries, "search": search}
         own |= _as_shipped(config, datasets.entries)
-        return cls(own, locate, datasets, named, reconstructors.without_name(labeller))
+        return cls(own, locate, datasets, named, without_name(labeller))
 
     def check(self) -> None:
         """Refuse too few scenes or frames, which would only be seen after hours of work."""
@@ -203,6 +201,32 @@ class Settings:
             most = max(section["long_side"] for section in used) / max(width, height)
         scale = min(1.0, most)
         return round(scale * width), round(scale * height)
+
+
+def named_reconstructors(sections: Section | Sequence[Section], where: str) -> dict[str, Section]:
+    """Map the name of each reconstructor under the key `where`, its own by `as`, to its section;
+    refuse two of one name."""
+    found: dict[str, Section] = {}
+    for section in [sections] if isinstance(sections, Mapping) else sections:
+        name = section.get("as", section["name"])
+        if name in found:
+            raise Refusal(f"{where} has two named {name!r}", "`as` gives one of them another name")
+        found[name] = without_name(section)
+    return found
+
+
+def without_name(section: Section) -> Section:
+    """Return a section as reconstructors take it."""
+    return {key: value for key, value in section.items() if key != "as"}
+
+
+def described_reconstructor(name: str, section: Section) -> dict[str, Any]:
+    """Return what a caption says of a reconstructor."""
+    own = section["name"]
+    return {
+        "reconstructor": own if own == name else f"{name} ({own})",
+        "long_side": section["long_side"],
+    }
 
 
 def shipped(policy: str) -> str:

@@ -14,7 +14,7 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.capture import Capture
 from fsel.stages.ingest import ingest as save
-from fsel.synthetic.sensor import project, unproject
+from fsel.synthetic.record import project, unproject
 
 
 @pytest.fixture(params=WRITERS)

@@ -12,9 +12,14 @@ from fsel.core.capture import Capture
 from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.figures import plan_positions
-from fsel.experiments.paper.pictures import STRONGEST, _calmest, resolved
+from fsel.experiments.paper.pictures import (
+    STRONGEST,
+    _calmest,
+    qualitative,
+    real_world,
+    resolved,
+)
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
-from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.paths import upwards
 

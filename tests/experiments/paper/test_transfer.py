@@ -8,9 +8,14 @@ from evaluation_files import FACTS, written
 
 from fsel.core.split import Split
 from fsel.evaluation.summary import ALL_FRAMES, read_csv
-from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.time_quality import cost_means
-from fsel.experiments.paper.transfer import SHOWN, evaluate_transfer, transfer
+from fsel.experiments.paper.transfer import (
+    SHOWN,
+    evaluate_reconchoice,
+    evaluate_transfer,
+    reconchoice,
+    transfer,
+)
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 RECONSTRUCTORS = {

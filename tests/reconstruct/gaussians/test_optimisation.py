@@ -7,7 +7,7 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from fsel.reconstruct.gaussians import densify, losses, optimiser
+from fsel.reconstruct.gaussians import losses, optimiser, training
 from fsel.reconstruct.gaussians.parameters import width_of
 
 NO_MASK = np.empty((0, 0), bool)
@@ -121,14 +121,14 @@ def test_noise_moves_faint_gaussians_along_their_axes():
 @pytest.mark.parametrize("opacity", [0.02, 0.5, 0.97])
 @pytest.mark.parametrize("shares", [1, 2, 3, 7, 20])
 def test_split_gaussians_follow_the_published_equation(opacity, shares):
-    part = densify.split_opacity(np.array([opacity]), np.array([shares]))[0]
+    part = training.split_opacity(np.array([opacity]), np.array([shares]))[0]
     assert (1 - part) ** shares == pytest.approx(1 - opacity, rel=1e-12)
     total = sum(
         math.comb(i - 1, k) * (-1) ** k * part ** (k + 1) / math.sqrt(k + 1)
         for i in range(1, shares + 1)
         for k in range(i)
     )
-    factor = densify.split_scale(np.array([opacity]), np.array([shares]))[0]
+    factor = training.split_scale(np.array([opacity]), np.array([shares]))[0]
     assert factor == pytest.approx(opacity / total, rel=1e-9)
 
 
@@ -136,7 +136,7 @@ def relocated(opacity, budget, seed=0):
     table = np.zeros((budget, 14))
     table[: len(opacity), 10] = np.log(opacity / (1 - opacity))
     table[: len(opacity), 0] = np.arange(len(opacity))
-    alive, changed = densify.relocate(table, len(opacity), np.random.default_rng(seed))
+    alive, changed = training.relocate(table, len(opacity), np.random.default_rng(seed))
     return table, alive, changed
 
 

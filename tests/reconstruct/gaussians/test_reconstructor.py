@@ -7,8 +7,8 @@ import pytest
 from coloured_wall import in_another_world, psnr, wall
 
 from fsel.core.capture import Views
-from fsel.reconstruct import RECONSTRUCTORS
-from fsel.reconstruct.gaussians import Gaussians, initial
+from fsel.reconstruct import RECONSTRUCTORS, gaussians
+from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.selected import Frame
 
 QUICK = {"steps": 60, "gaussians": 800}
@@ -101,7 +101,7 @@ def test_every_variant_learns(capture, settings):
 
 def test_an_empty_start_renders_the_background(capture, monkeypatch, caplog, tmp_path):
     nothing = np.zeros((0, 3))
-    monkeypatch.setattr(initial, "from_splats", lambda capture: (nothing, nothing))
+    monkeypatch.setattr(gaussians, "from_splats", lambda capture: (nothing, nothing))
     model = Gaussians(capture, **QUICK, background="mean").fit(np.arange(4))
     assert (model.primitives, model.steps) == (0, 0)
     expected = capture.images[:4].mean(axis=(0, 1, 2)) / 255

@@ -12,7 +12,7 @@ from watched_images import Watched
 
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS
-from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor
+from fsel.reconstruct.splats import Splats, fusion, reconstructor
 from fsel.reconstruct.splats import planes as frames_module
 from fsel.reconstruct.splats.planes import affinity, depth_range
 
@@ -120,7 +120,7 @@ def test_full_caches_forget_and_change_nothing(monkeypatch):
 def test_maps_are_compared_in_blocks_without_changing_a_bit(monkeypatch):
     capture, frames = textured_wall(), np.array([0, 1, 2, 4, 5, 6, 7])
     expected, held, compare = Splats(capture).fit(frames), [], fusion.compare
-    monkeypatch.setattr(consistency, "VERDICT_BYTES", 3 * 6 * (48 * 36 + 1) * 12)
+    monkeypatch.setattr(fusion, "VERDICT_BYTES", 3 * 6 * (48 * 36 + 1) * 12)
 
     def counted(*given):
         held.append(compare(*given))
@@ -131,7 +131,7 @@ def test_maps_are_compared_in_blocks_without_changing_a_bit(monkeypatch):
     np.testing.assert_array_equal(found.splats, expected.splats)
     np.testing.assert_array_equal(found.colors, expected.colors)
     assert [len(part.pixels) for part in held] == [3, 3, 1] * 3  # two rounds, and depths
-    assert sum(part.nbytes for part in held[0][:3]) == consistency.VERDICT_BYTES
+    assert sum(part.nbytes for part in held[0][:3]) == fusion.VERDICT_BYTES
 
 
 def test_only_the_frames_of_subsets_are_opened():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fsel.reconstruct import lanes
-from fsel.reconstruct.splats import holes, render
+from fsel.reconstruct.splats import render
 
 F = np.float32
 
@@ -103,9 +103,9 @@ def test_filling_equals_plain_pull_push(shape, hidden, monkeypatch):
     rng = np.random.default_rng(3)
     total = rng.gamma(2, 3, (*shape, 4)).astype(F)
     total[rng.random(shape) < hidden] = 0
-    monkeypatch.setattr(holes, "typical_weight", lambda weights: F(12))
+    monkeypatch.setattr(render, "typical_weight", lambda weights: F(12))
     views = np.stack([total, total[::-1]]).transpose(0, 3, 1, 2).copy()
-    filled, _ = holes.fill_holes(views)
+    filled, _ = render.fill_holes(views)
     # a pixel is mixed below a quarter of the typical weight: below 3
     np.testing.assert_allclose(filled, plain_fill(total.astype(float), 3.0), rtol=2e-5, atol=2e-6)
 
@@ -129,5 +129,5 @@ def test_typical_weight_is_the_median_of_what_was_met(shape, decimals):
     if shape[1] == 9:
         total[::3, ::2, 3] = 0
     weights = total[..., 3]
-    assert holes.typical_weight(weights) == np.median(weights[weights > 0])
-    assert holes.typical_weight(np.zeros(shape, F)) == 1
+    assert render.typical_weight(weights) == np.median(weights[weights > 0])
+    assert render.typical_weight(np.zeros(shape, F)) == 1

@@ -11,10 +11,10 @@ from fsel.core.geometry import pairwise_angles, pairwise_distances
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.baselines import kmedoids as kmedoids_method
-from fsel.selectors.baselines.dpp import greedy_map
+from fsel.selectors.baselines.by_appearance import greedy_map
+from fsel.selectors.baselines.by_pose import lloyd, snapped
 from fsel.selectors.baselines.greedy import lazy_greedy, locate, most_central
 from fsel.selectors.baselines.kmedoids import distances, fasterpam
-from fsel.selectors.baselines.long_lrm import lloyd, snapped
 
 
 def select(name, problem, k):

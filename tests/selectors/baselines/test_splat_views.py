@@ -12,10 +12,14 @@ from fsel.core.capture import Capture
 from fsel.core.points import SparsePoints
 from fsel.core.problem import checked_select
 from fsel.evaluation.methods import METHODS
-from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
-from fsel.selectors.baselines.fisher_rf import Information
+from fsel.selectors.baselines.by_reconstruction import (
+    BINS,
+    Coverage,
+    Inconsistency,
+    Information,
+    fibonacci_sphere,
+)
 from fsel.selectors.baselines.splat_views import START, Blends, blend, fitted, greedily
-from fsel.selectors.baselines.warp_rf import Inconsistency
 from fsel.synthetic import record
 
 K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels

@@ -1,16 +1,23 @@
-"""The optimisation: one step after the other."""
+"""The optimisation: one step after the other, and relocation of faint Gaussians between them.
+
+Relocation, and growth within a budget, are those of 3DGS-MCMC (Kheradmand et al. 2024): a Gaussian
+of opacity o that becomes n Gaussians in one place gets the opacities and the scales at which the n
+together look as it did (their equation 9).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.reconstruct.gaussians import densify, losses, optimiser
+from fsel.reconstruct.gaussians import losses, optimiser
 from fsel.reconstruct.gaussians.model import GaussianModel
-from fsel.reconstruct.gaussians.parameters import LOGIT
+from fsel.reconstruct.gaussians.parameters import LOGIT, SCALE
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 
@@ -19,6 +26,11 @@ SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradma
 RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerbl et al. 2023)
 
 Progress = Callable[[int, int, float], None]
+
+DEAD = 0.005  # opacity at which a Gaussian is relocated
+GROWTH = 1.05  # of the number of Gaussians, at each relocation, until the budget is full
+MOST = 51  # Gaussians that one may become
+LARGEST = 1 - 1e-7  # opacity
 
 
 class Order:
@@ -92,7 +104,7 @@ class Training:
         self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad, update)
         optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
         if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:
-            self.alive, changed = densify.relocate(self.table, self.alive, self.order.rng)
+            self.alive, changed = relocate(self.table, self.alive, self.order.rng)
             self.adam.forget(changed)
         return loss
 
@@ -111,5 +123,50 @@ class Training:
     def model(self, steps: int) -> GaussianModel:
         """Return the Gaussians that add to any pixel, after some steps."""
         table = self.table[: self.alive]
-        kept = table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
+        kept = table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > DEAD]
         return replace(self.start, table=kept, steps=steps)
+
+
+def split_opacity(opacity: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return the opacity of each of `shares` Gaussians that together pass the light of one."""
+    return 1 - (1 - opacity) ** (1 / shares)
+
+
+def split_scale(opacity: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return the factor of the standard deviations at which they keep the mass along a ray."""
+    part = split_opacity(opacity, shares)
+    powers = part[..., None] ** np.arange(1, MOST + 1)
+    return opacity / (powers * _coefficients()[shares]).sum(axis=-1)
+
+
+@cache
+def _coefficients() -> np.ndarray:
+    """Return (MOST + 1, MOST) factors of the part's powers, a row a number of Gaussians."""
+    table = np.zeros((MOST + 1, MOST))
+    for n in range(1, MOST + 1):
+        for k in range(n):
+            # the binomials of column k add to the next column's
+            table[n, k] = math.comb(n, k + 1) * (-1) ** k / math.sqrt(k + 1)
+    return table
+
+
+def relocate(table: np.ndarray, alive: int, rng: np.random.Generator) -> tuple[int, np.ndarray]:
+    """Move dead Gaussians of a (budget, c) table onto living ones, drawn by their opacities, and
+    add new ones while the budget lasts; return the rows in use afterwards, and those that
+    changed."""
+    opacity = 1 / (1 + np.exp(-table[:alive, LOGIT].astype(np.float64)))
+    dead = np.flatnonzero(opacity <= DEAD)
+    weight = np.where(opacity > DEAD, opacity, 0.0)
+    grown = min(len(table), int(GROWTH * alive))
+    guests = np.concatenate([dead, np.arange(alive, grown)])
+    if not weight.any() or not len(guests):
+        return alive, guests[:0]
+    hosts = rng.choice(alive, len(guests), p=weight / weight.sum())
+    shares = np.minimum(np.bincount(hosts, minlength=alive) + 1, MOST)
+    split = np.flatnonzero(shares > 1)
+    whole = np.minimum(opacity[split], LARGEST)
+    part = np.maximum(split_opacity(whole, shares[split]), DEAD)
+    table[split, LOGIT] = np.log(part / (1 - part))
+    table[split, SCALE] += np.log(split_scale(whole, shares[split]))[:, None]
+    table[guests] = table[hosts]
+    return grown, np.concatenate([split, guests])

@@ -6,6 +6,6 @@ coarse to fine, as DVGO (Sun et al. 2022); contracted space as Mip-NeRF 360 (Bar
 """
 
 from fsel.reconstruct.radiance_field.reconstructor import RadianceField, RadianceModel
-from fsel.reconstruct.radiance_field.settings import RadianceSettings
+from fsel.reconstruct.radiance_field.training import RadianceSettings
 
 __all__ = ["RadianceField", "RadianceModel", "RadianceSettings"]

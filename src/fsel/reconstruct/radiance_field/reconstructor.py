@@ -13,8 +13,13 @@ from fsel.core.threads import ranges, spread
 from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
-from fsel.reconstruct.radiance_field.settings import RadianceSettings
-from fsel.reconstruct.radiance_field.training import FAINT, FEWEST_RAYS, Pixels, optimised
+from fsel.reconstruct.radiance_field.training import (
+    FAINT,
+    FEWEST_RAYS,
+    Pixels,
+    RadianceSettings,
+    optimised,
+)
 from fsel.reconstruct.selected import Frame, distinct, restricted
 
 NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,9 +13,9 @@ import numpy as np
 
 from fsel.core.compiled import exact
 from fsel.core.threads import ranges, spread
+from fsel.reconstruct.configured import check_integer
 from fsel.reconstruct.radiance_field import passes, rays
 from fsel.reconstruct.radiance_field.grid import FEWEST, Grid, grown
-from fsel.reconstruct.radiance_field.settings import RadianceSettings
 
 EMPTY = -1.0  # logarithm of density that the field starts from: a ray sees half-way through it
 FAINT = 1e-3  # optical depth below which a sample is passed over, once the first stage is done
@@ -28,6 +29,44 @@ BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment
 FEWEST_RAYS, BLOCK = 128, 4096  # of a range; rays whose samples are kept at once
 THINNED = 64  # one sample of so many says where the ranges of vertices are cut
+
+HIGHEST_DEGREE = 2
+FINEST = 512  # vertices along an edge: the index of their cube takes 512 MB
+
+
+@dataclass(frozen=True)
+class RadianceSettings:
+    """Settings of the optimisation; all are free of the scene.
+
+    Attributes:
+        sides: vertices along an edge of the contracted cube, one number a stage, coarse to fine.
+        steps: of Adam, one number a stage.
+        rays: pixels drawn for one step.
+        degree: of the spherical harmonics of colour, 0 to 2.
+        seed: of the order of the rays and the places of their samples.
+    """
+
+    sides: tuple[int, ...] = (40, 80, 144)
+    steps: tuple[int, ...] = (80, 80, 100)
+    rays: int = 4096
+    degree: int = 1
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, least, most in (("sides", 4, FINEST), ("steps", 1, math.inf)):
+            if not isinstance(listed := getattr(self, name), list | tuple):
+                raise ValueError(f"{name} must be a list of integers, got {listed!r}")
+            for value in listed:
+                check_integer(f"each of {name}", value, least, most)
+            object.__setattr__(self, name, tuple(listed))
+        if not len(self.sides) == len(self.steps) > 0:
+            raise ValueError(
+                f"sides and steps must state as many stages, got {self.sides} and {self.steps}"
+            )
+        if not all(a < b for a, b in pairwise(self.sides)):
+            raise ValueError(f"sides must rise, got {self.sides}")
+        for name, most in {"rays": math.inf, "degree": HIGHEST_DEGREE, "seed": math.inf}.items():
+            check_integer(name, getattr(self, name), int(name == "rays"), most)
 
 
 class Pixels(NamedTuple):

@@ -20,7 +20,7 @@ from fsel.reconstruct import ply
 from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.selected import Frame, distinct
 from fsel.reconstruct.splats import fusion, planes, render, stereo
-from fsel.reconstruct.splats.consistency import Maps, agreed
+from fsel.reconstruct.splats.fusion import Maps, agreed
 from fsel.reconstruct.splats.planes import FrameCache, remember
 
 MAX_PARTNERS = 4

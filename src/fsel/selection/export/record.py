@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality import findings
 from fsel.captures.quality.findings import BLURRED, DUPLICATE
 from fsel.core.geometry import pose_distance
 from fsel.core.problem import Method
 from fsel.core.wording import counted
-from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
 from fsel.selection.export.subset import Form
-from fsel.selection.gaps import gap_of
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL
 from fsel.selection.validation import ValidationResult
@@ -58,7 +57,7 @@ def content(
         "seconds": outcome.seconds,
         "frames": picked(outcome),
         "left": left(outcome) + unplaced(opened.found),
-        "bad": None if health is None else bad_frames.entries(health, names),
+        "bad": None if health is None else findings.entries(health, names),
         "gap": _gap(outcome),
     }
 
@@ -125,7 +124,7 @@ def unplaced(found: dict | None) -> list[dict]:
 
 def _gap(outcome: Outcome) -> dict | None:
     """Describe the largest gap between the picks, in fields of view."""
-    gap = gap_of(outcome)
+    gap = outcome.gap
     if gap is None:
         return None
     numbers = {"shift": round(gap.shift, 4), "usual": round(gap.usual, 4)}

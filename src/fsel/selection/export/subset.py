@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from fsel.captures.canonical import ingest
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, is_straight, straight
 from fsel.captures.forms import Subset, transforms, write_forms, write_json
@@ -16,13 +17,17 @@ from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.layouts.nerfstudio import COEFFICIENTS
 from fsel.captures.lazy import LazyCapture
-from fsel.core.points import RawPoints, SparsePoints
-from fsel.selection.export import cloud, placing
+from fsel.captures.poses import sfm
+from fsel.core.points import NO_POINTS, RawPoints, SparsePoints, grouped_rows
+from fsel.selection.export import placing
 
 LENSES = 2  # kept at once: the tables of a large image take as much as the image
 FRAMES = "frames.txt"
 TRAIN, TEST = "train", "test"
 SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads the lists in it
+
+LEAST_TRACK = 2  # picked frames that see a point: fewer could not have triangulated it
+MATCHED_SIDE = 800  # pixels of images that are matched, where points must be made
 
 
 @dataclass(frozen=True)
@@ -72,10 +77,10 @@ def write(
     train, kept_back = np.sort(picks).tolist(), np.sort(held_out).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))
-    points = cloud.cloud_of(opened, used, train, form.matched)
+    points = cloud_of(opened, used, train, form.matched)
     own = points.without_pixels()
     if form.undistort:
-        points = cloud.straightened(points, [opened.raw.cameras[i] for i in used])
+        points = straightened(points, [opened.raw.cameras[i] for i in used])
     raw = opened.raw
     scene = Path(opened.capture.source).resolve().name
     if not kept_back:
@@ -143,3 +148,60 @@ def true_cameras(raw: RawCapture, frames: Sequence[int], form: Form) -> list[Cam
             scaled.rescale(*size)
             true[camera] = Camera(scaled.model_name, *size, tuple(scaled.params))
     return [true[raw.cameras[i]] for i in frames]
+
+
+def cloud_of(
+    opened: LazyCapture, frames: list[int], picks: list[int], matched: bool = True
+) -> RawPoints:
+    """Points with their tracks, which number the frames; kept are those that two picks see.
+
+    Points without any track, as those of a `.ply`, are seen where they lie in an image. Where the
+    capture has no points, they are triangulated from matches of the picks, if they may be matched.
+    """
+    sparse = opened.raw.subset(frames).sparse()
+    if sparse is None:
+        sparse = _triangulated(opened, frames, picks) if matched else NO_POINTS
+    if len(sparse.track_point):
+        chosen = np.isin(sparse.track_frame, np.searchsorted(frames, picks))
+        seen = np.bincount(sparse.track_point[chosen], minlength=len(sparse.xyz))
+        return sparse.subset(seen >= LEAST_TRACK)
+    raw, count = opened.raw.subset(picks), np.zeros(len(sparse.xyz), np.int64)
+    for frame, camera in enumerate(raw.cameras):
+        ahead, at = raw.projected(frame, sparse.xyz)
+        count[ahead[_inside(at, camera)]] += 1
+    return sparse.subset(count >= LEAST_TRACK)
+
+
+def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
+    """The points as images without distortion show them, by the camera of each frame; what these do
+    not show is left out."""
+    xy = points.track_xy.copy()
+    shown = np.ones(len(xy), bool)
+    for camera, rows in zip(cameras, grouped_rows(points.track_frame, len(cameras)), strict=True):
+        if len(rows) and not is_straight(camera):
+            rays = np.asarray(camera.colmap.cam_from_img(xy[rows]))
+            local = np.column_stack([rays, np.ones(len(rows))])
+            xy[rows] = straight(camera).colmap.img_from_cam(local)
+            shown[rows] = _inside(xy[rows], camera)
+    return replace(points, track_xy=xy).observed(shown)
+
+
+def _inside(xy: np.ndarray, camera: Camera) -> np.ndarray:
+    """(n,) bool, which of (n, 2) pixels lie in a camera's image; none that are not finite."""
+    return np.all((xy >= 0) & (xy <= (camera.width, camera.height)), axis=1)
+
+
+def _triangulated(opened: LazyCapture, frames: list[int], picks: list[int]) -> RawPoints:
+    """Points from matches of the picks' images and their known poses."""
+    raw = opened.raw.subset(picks)
+    made = sfm.triangulate(ingest(raw, opened.capture.source, MATCHED_SIDE, lazy=True))
+    if made is None:
+        return NO_POINTS
+    xyz = made.xyz[made.track_point]
+    xy = np.zeros((len(xyz), 2))
+    for pick in np.unique(made.track_frame):
+        rows, pose = made.track_frame == pick, raw.world_to_camera[pick]
+        local = xyz[rows] @ pose[:, :3].T + pose[:, 3]
+        xy[rows] = raw.cameras[pick].colmap.img_from_cam(local)
+    at = np.searchsorted(frames, picks)[made.track_frame]
+    return RawPoints(made.xyz, made.rgb, made.track_point, at, xy)

@@ -8,14 +8,14 @@ PAPER: Registry[Method] = Registry(
     {
         "random": "fsel.selectors.baselines.simple:RANDOM",
         "uniform": "fsel.selectors.baselines.simple:UNIFORM",
-        "fvs": "fsel.selectors.baselines.fvs:METHOD",
-        "nerf_director": "fsel.selectors.baselines.nerf_director:METHOD",
-        "mvsnet": "fsel.selectors.baselines.mvsnet:METHOD",
-        "dpp": "fsel.selectors.baselines.dpp:METHOD",
+        "fvs": "fsel.selectors.baselines.by_pose:FVS",
+        "nerf_director": "fsel.selectors.baselines.by_shared_points:NERF_DIRECTOR",
+        "mvsnet": "fsel.selectors.baselines.by_shared_points:MVSNET",
+        "dpp": "fsel.selectors.baselines.by_appearance:DPP",
         "kmedoids": "fsel.selectors.baselines.kmedoids:METHOD",
-        "fisher_rf": "fsel.selectors.baselines.fisher_rf:METHOD",
-        "cover": "fsel.selectors.baselines.cover:METHOD",
-        "untrained": "fsel.selectors.baselines.untrained:METHOD",
+        "fisher_rf": "fsel.selectors.baselines.by_reconstruction:FISHER_RF",
+        "cover": "fsel.selectors.baselines.by_reconstruction:COVER",
+        "untrained": "fsel.selectors.policies:UNTRAINED",
     },
 )
 """The paper's baselines, in the order of the tables."""
@@ -23,12 +23,12 @@ PAPER: Registry[Method] = Registry(
 FURTHER: Registry[Method] = Registry(
     "method",
     {
-        "nearest": "fsel.selectors.baselines.nearest:METHOD",
+        "nearest": "fsel.selectors.baselines.by_pose:NEAREST",
         "sharpest": "fsel.selectors.baselines.simple:SHARPEST",
-        "long_lrm": "fsel.selectors.baselines.long_lrm:METHOD",
-        "indoor_traj": "fsel.selectors.baselines.indoor_traj:METHOD",
-        "facility": "fsel.selectors.baselines.facility_location:METHOD",
-        "mvsnet_location": "fsel.selectors.baselines.mvsnet:LOCATION",
+        "long_lrm": "fsel.selectors.baselines.by_pose:LONG_LRM",
+        "indoor_traj": "fsel.selectors.baselines.by_appearance:INDOOR_TRAJ",
+        "facility": "fsel.selectors.baselines.by_appearance:FACILITY",
+        "mvsnet_location": "fsel.selectors.baselines.by_shared_points:MVSNET_LOCATION",
     },
 )
 """Further methods, in the order of the tables."""
@@ -38,7 +38,7 @@ WITHOUT_POSES = (
     "farthest_appearance",
 )
 _HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in WITHOUT_POSES}
-_HOMES["warp_rf"] = "fsel.selectors.baselines.warp_rf:METHOD"
+_HOMES["warp_rf"] = "fsel.selectors.baselines.by_reconstruction:WARP_RF"
 PRACTICE: Registry[Method] = Registry("method", _HOMES)
 """What tools do before poses are known, and WarpRF; in the workflow's tables by `practice`."""
 

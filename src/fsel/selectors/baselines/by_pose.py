@@ -1,10 +1,10 @@
-"""Long-LRM's own selector: k-means on camera centre and viewing direction (Ziwen et al. 2025)."""
+"""Methods by poses alone: farthest views, those nearest to the targets, and Long-LRM's clusters."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.geometry import centered, farthest_views
+from fsel.core.geometry import centered, farthest_views, pose_distance
 from fsel.core.problem import Method, Problem
 from fsel.selectors.baselines.greedy import most_central
 
@@ -12,8 +12,41 @@ ROUNDS = 300  # Lloyd's iterations at most
 ROUNDING = 1e-9  # of distances between points of about unit size
 
 
-def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Return the nearest free frame of each cluster's mean.
+def fvs(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Sample farthest points among the camera centres greedily (Xiao et al. 2024), from a random
+    first view or from given ones."""
+    pool, given = problem.observed, problem.fixed_picks
+    start = given if len(given) else rng.choice(pool)
+    return farthest_views(pool, problem.capture.centers, k, start).astype(np.int64)
+
+
+def nearest_frames(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
+    """Return (k,) frames of a pool: each target in turn takes its closest free frame."""
+    capture, targets = problem.capture, problem.targets
+    distance = pose_distance(
+        capture.centers[pool], capture.axes[pool], targets.centers, targets.axes
+    )
+    return pool[in_turn(distance, k)]
+
+
+def in_turn(distance: np.ndarray, k: int) -> np.ndarray:
+    """Return (k,) rows of (n, T) distances: each column in turn takes its least free row."""
+    free, picks = distance.copy(), np.empty(k, dtype=np.int64)
+    for turn in range(k):
+        target = turn % distance.shape[1]
+        picks[turn] = np.argmin(free[:, target])
+        free[picks[turn]] = np.inf
+    return picks
+
+
+def nearest(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Pick the `nearest_frames` of P and O."""
+    return nearest_frames(problem, problem.observed, k)
+
+
+def long_lrm(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Return the nearest free frame of each mean of k-means on camera centre and viewing direction,
+    Long-LRM's own selector (Ziwen et al. 2025).
 
     Centres are divided by their radius about their mean. The first means are a farthest-point
     sample from the most central frame.
@@ -60,4 +93,6 @@ def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
     return rows
 
 
-METHOD = Method("long_lrm", "Long-LRM $k$-means", "observed", nested=False, select=select)
+FVS = Method("fvs", "FVS", "observed", nested=True, seeds=3, select=fvs, begins=True)
+NEAREST = Method("nearest", "Nearest", "observed", nested=True, select=nearest, aimed=True)
+LONG_LRM = Method("long_lrm", "Long-LRM $k$-means", "observed", nested=False, select=long_lrm)
