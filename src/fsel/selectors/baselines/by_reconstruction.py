@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from fsel.core.capture import Capture
 from fsel.core.compiled import exact
@@ -161,6 +160,8 @@ class Inconsistency:
         return self.least.sum(axis=(1, 2))
 
     def add(self, row: int) -> None:
+        from scipy.ndimage import map_coordinates  # here: the others do without, and it is slow
+
         pose, k = self.poses[row], self.cameras[row]
         seen = np.einsum("vhwb,ab->vhwa", self.points, pose[:, :3]) + pose[:, 3]
         pixel = seen[..., :2] / np.maximum(seen[..., 2:], 1e-9) * k[:2] + k[2:] - 0.5
