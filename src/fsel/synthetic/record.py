@@ -160,7 +160,8 @@ def _observations(xyz, poses, depth, camera: Camera, rng):
 
 
 def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.ndarray:
-    """Return (N, h, w, 3) uint8 images of a shot, by (h * w, 3) rays and (N, h, w) depth."""
+    """Return (N, h, w, 3) uint8 images of a shot, by (h * w, 3) rays and (N, h, w) depth: samples
+    over the exposure, vignette, gain, noise."""
     frames = len(shot.names)
     grid = rays.reshape(camera.height, camera.width, 3)
     down, across = (part.reshape(-1, 3) for part in np.gradient(grid, axis=(0, 1)))

@@ -150,9 +150,7 @@ def true_cameras(raw: RawCapture, frames: Sequence[int], form: Form) -> list[Cam
     return [true[raw.cameras[i]] for i in frames]
 
 
-def cloud_of(
-    opened: LazyCapture, frames: list[int], picks: list[int], matched: bool = True
-) -> RawPoints:
+def cloud_of(opened: LazyCapture, frames: list[int], picks: list[int], matched: bool) -> RawPoints:
     """Points with their tracks, which number the frames; kept are those that two picks see.
 
     Points without any track, as those of a `.ply`, are seen where they lie in an image. Where the
