@@ -69,8 +69,10 @@ captures_384: .venv/installed
 
 # selections of real videos in FSEL_VIDEOS: docs/results/videos.md
 .PHONY: videos
+VIDEOS = OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/videos.py
 videos: .venv/installed
-	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/videos.py
+	$(VIDEOS)
+	$(VIDEOS) --side 384 --budgets 40 --methods uniform fsel
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md
 .PHONY: results

@@ -5,7 +5,8 @@
 The frames that `fsel select -k 40` samples of the videos in `FSEL_VIDEOS` are placed once; one in
 eight is held out before anything is picked, another one with each seed. Uniform in time (as
 `ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), what other tools
-pick, and what `fsel select -k` keeps are trained by `gaussians`. Rows that are there are kept.
+pick, and what `fsel select -k` keeps are trained by `gaussians`, at `--side` pixels. Rows that are
+there are kept.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from captures_unknown import EVERY, kept_by, scored
+from captures_unknown import EVERY, SIZES, kept_by, scored
 
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import Opening, opened
@@ -32,13 +33,13 @@ from fsel.selection.select import select_frames
 
 HOME = Path(os.environ.get("FSEL_VIDEOS", "../shared/videos"))
 PAGE = Path(__file__).parents[1] / "docs/results/videos.md"
-SIDE, WANTED = 128, 40  # pixels of the longer side; picks that enough frames are sampled for
+WANTED = 40  # picks that enough frames are sampled for
 FIRST = (3, 7, 1, 5)  # frame held out, by the seed
 LEAST_SPARE = 8  # frames that are neither held out nor picked
 UNIFORM, FSEL = "uniform", "fsel"
 OTHERS = ("best_n", "thumbnail", "alicevision", "lichtfeld")
 METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
-HEAD = """# Real videos, trained Gaussians, {side} pixels
+HEAD = """# Real videos, trained Gaussians
 
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
@@ -74,10 +75,10 @@ def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.
 def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
     """Write the rows of a video that are not there yet."""
     cells = product(asked.seeds, asked.budgets, asked.methods)
-    cells = [cell for cell in cells if (video.stem, *cell) not in known]
+    cells = [cell for cell in cells if (asked.side, video.stem, *cell) not in known]
     if not cells:
         return
-    lazy = opened(Opening((video,), wanted=WANTED), long_side=SIDE)
+    lazy = opened(Opening((video,), wanted=WANTED), long_side=asked.side)
     names, count = lazy.capture.names, len(lazy.capture)
     times = {shot["name"]: shot["seconds"] for shot in lazy.found["video"]}
     seconds = np.array([times[name] for name in names])
@@ -88,9 +89,9 @@ def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
         if k > len(seen) - LEAST_SPARE:
             continue
         frames = np.sort(seen[picks_of(method, lazy.part(seen), seconds[seen], k)])
-        psnr = scored(loaded, "gaussians", seed, frames, held, SIDE)[:, 0]
-        row = {"video": video.stem, "seed": seed, "k": k, "method": method, "frames": count}
-        row |= {"picks": frames.tolist(), "psnr": psnr.round(3).tolist()}
+        psnr = scored(loaded, "gaussians", seed, frames, held, asked.side)[:, 0]
+        row = {"side": asked.side, "video": video.stem, "seed": seed, "k": k, "method": method}
+        row |= {"frames": count, "picks": frames.tolist(), "psnr": psnr.round(3).tolist()}
         row |= {"sharp": (~np.isin(held, blurred)).tolist(), "blurred": len(blurred)}
         with asked.rows.open("a") as file:
             print(json.dumps(row), file=file, flush=True)
@@ -113,20 +114,21 @@ def is_even(row: Any) -> bool:
 
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
-    table = rows.groupby(["k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
+    table = rows.groupby(["side", "k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
     table = table.unstack("method")
-    methods = [m for m in METHODS[1:] if m in set(rows["method"])]
     each = rows.groupby("video").first()
     frames = ", ".join(f"{v} {r.frames} ({r.blurred})" for v, r in each.iterrows())
     seeds = counted(rows["seed"].nunique(), "seed")
-    head = {"side": SIDE, "every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+    head = {"every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
     own = rows[rows["method"] == FSEL]
     head |= {"even": sum(is_even(row) for row in own.itertuples()), "runs": len(own)}
     text = HEAD.format(**head, frames=frames)
-    for k, part in table.groupby(level="k"):
-        part = part.droplevel("k")
+    for (side, k), part in table.groupby(level=["side", "k"]):
+        part = part.droplevel(["side", "k"]).dropna(axis=1, how="all")
+        methods = [m for m in METHODS[1:] if m in part["all"]]
         gains = {m: np.array([part[s][m] - part[s][UNIFORM] for s in SCORES]).T for m in methods}
-        text += f"## K = {k}\n\n| video | uniform | {' | '.join(f'`{m}`' for m in methods)} |\n"
+        names = " | ".join(f"`{method}`" for method in methods)
+        text += f"## K = {k}, {side} pixels\n\n| video | uniform | {names} |\n"
         text += "|---" * (2 + len(methods)) + "|\n"
         for at, video in enumerate(part.index):
             own = " / ".join(f"{part[s][UNIFORM].iloc[at]:.1f}" for s in SCORES)
@@ -152,13 +154,14 @@ if __name__ == "__main__":
     found = sorted(path for path in HOME.glob("*") if path.suffix in (".mp4", ".m4v", ".mov"))
     parser.add_argument("videos", nargs="*", type=Path, default=found)
     parser.add_argument("--rows", type=Path, default=Path("results/videos.jsonl"))
+    parser.add_argument("--side", type=int, default=128, choices=SIZES, help="pixels")
     parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
     parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
     old = pd.read_json(asked.rows, lines=True) if asked.rows.is_file() else pd.DataFrame()
-    cells = old.get(["video", "seed", "k", "method"], old)
+    cells = old.get(["side", "video", "seed", "k", "method"], old)
     known = set(cells.itertuples(index=False, name=None))
     for video in asked.videos:
         measure(video, asked, known)
