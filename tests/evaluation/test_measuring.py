@@ -15,7 +15,7 @@ from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, learned_runs, picks_at, rng_by_name, runs
 from fsel.selectors.baselines import METHODS
-from fsel.selectors.policies import POLICIES, RENAMED
+from fsel.selectors.policies import POLICIES
 from fsel.selectors.scorer import Linear, Network, Scorer
 from fsel.stages.train import save_scorer
 
@@ -50,13 +50,6 @@ def test_scorers_say_whose_they_are(tmp_path):
     save_scorer(scorer, "another", "a test", 0, "c", tmp_path / "x.safetensors")
     with pytest.raises(ValueError, match=r"x.*'another'"):
         runs([], [tmp_path / "x.safetensors"])
-
-
-def test_a_scorer_that_says_a_former_name_is_of_the_policy_of_today(tmp_path):
-    for former, name in RENAMED.items():
-        path = tmp_path / f"{former}.safetensors"
-        save_scorer(Network(random_weights(0)), former, "a test", 0, "c", path)
-        assert [run.method.name for run in learned_runs([path])] == [name]
 
 
 def test_each_scorer_picks_as_itself(tmp_path, problem):

@@ -17,7 +17,7 @@ from fsel.captures.images import files as image_files
 from fsel.captures.images import video
 from fsel.captures.images.files import Video, VideoFrame
 from fsel.captures.parsing import read_json
-from fsel.captures.quality import duplicates
+from fsel.captures.quality.photometry import duplicates
 from fsel.core.files import write_text
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.quality import Health, findings
+from fsel.captures.quality import findings
 from fsel.captures.quality.examination import examined
 from fsel.cli import open_capture
 from fsel.cli.console import Console
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     console.give(result | known)
 
 
-def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
+def described(opened: LazyCapture, capture: Capture, health: findings.Health) -> dict:
     """Return the report that the command prints, of a capture, the same with its points."""
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
@@ -94,7 +94,7 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
     }
 
 
-def _enough(capture: Capture, health: Health) -> dict:
+def _enough(capture: Capture, health: findings.Health) -> dict:
     """Return how many frames `fsel select -k auto` keeps, in words, and what others lose."""
     count = len(capture)
     if count < LEAST_FRAMES:

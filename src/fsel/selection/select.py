@@ -10,9 +10,8 @@ import numpy as np
 from fsel.captures.images.previews import sharpness as measure_sharpness
 from fsel.captures.images.previews import sharpness_among
 from fsel.captures.lazy import LazyCapture, of_capture
-from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
-from fsel.captures.quality.findings import in_words
+from fsel.captures.quality.findings import Health, in_words
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.core.capture import Capture
 from fsel.core.problem import Method, Problem, checked_select

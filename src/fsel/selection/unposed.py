@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.captures.lazy import LazyCapture
-from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
-from fsel.captures.quality.findings import DUPLICATE, in_words
+from fsel.captures.quality.findings import DUPLICATE, Health, in_words
 from fsel.captures.reporter import SILENT, Reporter
 from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.registry import Registry

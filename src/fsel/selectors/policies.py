@@ -202,10 +202,3 @@ KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
 SUM = replace(LESS_IS_MORE, name="untrained", label="Untrained sum", kind=Linear)
 UNTRAINED = SUM.method(Linear(SIGNS))
 """The untrained control: the scorer's features, sign-corrected and summed (paper, Appendix D.3)."""
-
-RENAMED = {
-    "ours": "less_is_more",
-    "ours_no_appearance": "less_is_more_no_appearance",
-    "ours_geometry": "less_is_more_geometry",
-}
-"""Former name of a policy -> its name. Scorers on disk may say the former."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.selectors import greedy, reference_loop
 from fsel.selectors.greedy import Prepared
-from fsel.selectors.policies import KNOWN, RENAMED, ScoringMethod
+from fsel.selectors.policies import KNOWN, ScoringMethod
 from fsel.selectors.scorer import Linear, Scorer
 
 FOLDER = Path(__file__).parent / "weights"
@@ -34,8 +34,7 @@ def own(path: str | Path, name: str | None = None) -> ScoringMethod:
     """Return the method of a scorer that the workflow wrote; ValueError for what is no scorer, does
     not say what it was made for, or was made for another policy than `name`."""
     scorer = Scorer.load(path)
-    stated = scorer.provenance.get("policy", "")
-    made_for = RENAMED.get(stated, stated)
+    made_for = scorer.provenance.get("policy", "")
     if made_for not in KNOWN or "made by" not in scorer.provenance:
         raise ValueError(
             f"{path}: scorer of the policy {made_for!r}, known: {', '.join(KNOWN)}; `made by` "

@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fsel.captures.quality import duplicates
-from fsel.captures.quality.photometry import moved
+from fsel.captures.quality.photometry import duplicates, moved
 
 
 @pytest.fixture(scope="module")
