@@ -13,6 +13,7 @@ import pandas as pd
 from captures_unknown import EVEN, EVERY, KNOWN, METHODS, NEAR, RULES, SETTINGS, SIZES, TOLD, TRIED
 from scipy.stats import binomtest, bootstrap
 
+from fsel.core.wording import counted
 from fsel.evaluation.statistics import of_places
 
 SHORT = {TRIED: "`fsel`, views unknown", TOLD: "`fsel`, views known"}
@@ -33,8 +34,8 @@ NEAREST_HEAD = (
 )
 KNOWN_HEAD = """# Real captures, targets known
 
-`make real` (`benchmarks/captures_unknown.py`), {date}, trained Gaussians, {side} pixels. PSNR over
-that of the frames nearest to the targets, each target in turn. "Targets known" is the rule
+`make real` (`benchmarks/captures_unknown.py`), {date}, trained Gaussians, {side} pixels, {fits} of each.
+PSNR over that of the frames nearest to the targets, each target in turn. "Targets known" is the rule
 (`--patience 0`); "tried" is `fsel select --targets`, which looks at the targets' images: small
 `gaussians` judge five selections on them. Candidates and margin were chosen on caliterra,
 flowerpot, fox, helmet, miku and South Building, the rule on 14 captures with other targets.
@@ -75,7 +76,8 @@ def _known(files: Iterable[Path]) -> str:
     """The page of targets known: a part for each file, which the frames held out name."""
     tables = {file.stem.rpartition("_")[2]: pd.read_json(file, lines=True) for file in files}
     (side,) = {side for table in tables.values() for side in table["side"]}
-    parts = [KNOWN_HEAD.format(date=f"{datetime.now(UTC):%Y-%m-%d}", side=side)]
+    fits = counted(max(table["seed"].nunique() for table in tables.values()), "fit")
+    parts = [KNOWN_HEAD.format(date=f"{datetime.now(UTC):%Y-%m-%d}", side=side, fits=fits)]
     for held, table in tables.items():
         gains = _each(table)
         parts += [f"## {SHARES[held]}\n", _summary(gains, KNOWN, over=NEAR), _by_capture(gains)]
