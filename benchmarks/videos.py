@@ -37,7 +37,7 @@ WANTED = 40  # picks that enough frames are sampled for
 FIRST = (3, 7, 1, 5)  # frame held out, by the seed
 LEAST_SPARE = 8  # frames that are neither held out nor picked
 UNIFORM, FSEL = "uniform", "fsel"
-OTHERS = ("best_n", "thumbnail", "alicevision", "lichtfeld")
+OTHERS = ("best_n", "thumbnail")
 METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians
 
