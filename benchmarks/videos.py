@@ -4,8 +4,9 @@
 
 The frames that `fsel select -k 40` samples of the videos in `FSEL_VIDEOS` are placed once; one in
 eight is held out before anything is picked, another one with each seed. Uniform in time (as
-`ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), `thumbnail`, and what
-`fsel select -k` keeps are trained by `gaussians`, at `--side` pixels. Rows that are there are kept.
+`ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), `thumbnail`, and
+what `fsel select -k` keeps are trained by `gaussians`, at `--side` pixels. Rows that are there are
+kept.
 """
 
 import argparse
