@@ -64,7 +64,7 @@ def qualitative(
     methods: Sequence[str] = VIEWED,
 ) -> None:
     """Draw held-out views rendered from each method's first seed, and its cameras from above;
-    `folder` has images large enough, the other arguments are of `pictures.draw_views`."""
+    `folder` has images large enough, the other arguments are of `draw_views`."""
     capture, roles = Capture.load(folder), read_table(split)
     targets = frames_of(capture, roles[roles["role"] == "target"]["name"].tolist())
     evaluation = pd.concat([read_table(path) for path in evaluations])
