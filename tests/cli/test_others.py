@@ -92,7 +92,7 @@ def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
     report = (out / "report.html").read_text()
     assert budget["reason"] in report
     few = tmp_path / "few"
-    assert select(capture, "-k", "auto", "--loss", "9", "-o", few) == 0
+    assert select(capture, "-k", "auto", "--loss", "10", "-o", few) == 0
     assert len(record_of(few)["frames"]) == min(shipped()["frames"])
     assert 'aria-label="PSNR against all frames"' in (few / "report.html").read_text()
 
