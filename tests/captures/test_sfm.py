@@ -15,9 +15,11 @@ from selection_problems import around
 from small_captures import opengl
 
 from fsel.captures.colmap import runs
-from fsel.captures.colmap.model import write_model
+from fsel.captures.colmap.model import enlarge, write_model
 from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
+from fsel.captures.layouts import bare
+from fsel.captures.poses import sfm
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
 
@@ -132,6 +134,27 @@ def test_poses_are_found_from_images_alone(tmp_path):
     assert found.agreement.kind == "reprojection"
     assert found.agreement.median < 1
     assert len(found.capture.points.xyz) > 100
+
+
+def test_a_large_video_is_placed_at_the_size_of_its_features(tmp_path):
+    truth, size = poses(8), (1280, 960)
+    names = [f"{i}.png" for i in range(len(truth))]
+    image_files.write([cv2.resize(image, size) for image in render(truth)], tmp_path, names)
+    work = Work(tmp_path / "work", [Part(range(len(names)), ordered=True)])
+    model = sfm.place(bare.of_files(names, [tmp_path / name for name in names]), work).model
+    assert {image_files.size_of(file) for file in work.folder.glob("images/*")} == {(640, 480)}
+    enlarge(model, lambda _: size)
+    (camera,) = model.cameras.values()
+    assert (camera.width, camera.height) == size
+    assert camera.mean_focal_length() == pytest.approx(1200, rel=0.05)
+    for image in model.images.values():
+        for seen in image.points2D:
+            if seen.has_point3D():
+                seen_at = image.project_point(model.points3D[seen.point3D_id].xyz)
+                assert np.linalg.norm(seen_at - seen.xy) < 8
+    assert model.compute_mean_reprojection_error() < 2
+    found = [model.find_image_with_name(name).cam_from_world().matrix() for name in names]
+    assert aligned_error(found, truth) < 0.02
 
 
 def test_images_without_poses_say_what_to_do(tmp_path):

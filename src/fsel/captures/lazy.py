@@ -69,6 +69,13 @@ class LazyCapture:
         return self.raw.sparse()
 
     @property
+    def seconds(self) -> np.ndarray | None:
+        """Return the (N,) seconds of frames of videos, NaN of others; None without a video."""
+        known = {shot["name"]: shot["seconds"] for shot in (self.found or {}).get("video", ())}
+        names = self.capture.names
+        return np.array([known.get(name, np.nan) for name in names]) if known else None
+
+    @property
     def left_out(self) -> dict[str, str]:
         """Frames that the capture names and cannot use, with the reason, but for `skipped`."""
         gone = self.raw.dropped.items()

@@ -74,7 +74,7 @@ def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
     folder = work.folder
     folder.mkdir()
     files = sorted(seen.iterdir())
-    names = runs.linked(files, folder / "images", work.parts)
+    names = runs.linked(files, folder / "images", work)
     database = folder / "database.db"
     runs.extract(database, folder / "images", names[:5], work)
     runs.extract(database, folder / "images", names, work)

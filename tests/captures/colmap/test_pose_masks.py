@@ -85,7 +85,7 @@ def test_features_are_kept_to_what_is_white(kind, photos, tmp_path, monkeypatch)
     work = Work(tmp_path / "work", features="aliked" if kind == "network" else "sift")
     work.folder.mkdir()
     raw, database = bare.read(photos), work.folder / sfm.DATABASE
-    names = runs.linked(raw.images, work.folder / "images", ())
+    names = runs.linked(raw.images, work.folder / "images", work)
     by = {"program": by_rembg, "example": by_example}
     made = by[kind](tmp_path, monkeypatch) if kind in by else tmp_path / "masks"
     sfm._mask(raw, names, work.folder, made)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
+from fsel.captures.images.files import Size
 from fsel.core.geometry import MOST_LENGTH
 from fsel.core.points import RawPoints, by_key
 
@@ -197,6 +198,19 @@ def build_model(
             if error is not None:
                 model.points3D[key].error = error[at]
     return model
+
+
+def enlarge(model: pycolmap.Reconstruction, sizes: Callable[[str], Size]) -> None:
+    """Scale cameras and observations to the sizes, by name, of the images that were reduced."""
+    reduced = {key: (camera.width, camera.height) for key, camera in model.cameras.items()}
+    for image in model.images.values():
+        size, before = sizes(image.name), reduced[image.camera_id]
+        if size != before:
+            model.cameras[image.camera_id].rescale(*size)
+            scale = np.divide(size, before)
+            for seen in image.points2D:
+                seen.xy *= scale
+    model.update_point_3d_errors()
 
 
 def rigid_of(pose: np.ndarray) -> pycolmap.Rigid3d:

@@ -15,14 +15,16 @@ import numpy as np
 from fsel.captures.colmap import features, pairs, sift
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
+from fsel.captures.colmap.learned import LONG_SIDE
 from fsel.captures.colmap.search_time import SearchTime
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size
 from fsel.captures.images.masks import MASKS
-from fsel.captures.images.previews import Progress, in_silence, in_turn
+from fsel.captures.images.previews import Progress, in_silence, in_turn, shrunk
 from fsel.core.limits import threads
 from fsel.core.wording import counted, in_minutes
 
+SIDES = {features.SIFT: sift.SIDE, features.ALIKED: LONG_SIDE}  # of a video, most pixels
 SPHERE = "EQUIRECTANGULAR"  # COLMAP's camera that sees all directions
 CPU = pycolmap.Device.cpu
 SEED, TRIALS = 0, 10_000  # of verification, at most
@@ -91,21 +93,32 @@ def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
     return Work(features=poses["features"])
 
 
-def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Part]) -> list[str]:
-    """Return the images under plain names: links to files, copies of frames of a video."""
+def linked(files: Sequence[image_files.Image], folder: Path, work: Work) -> list[str]:
+    """Return the images under plain names: links to files, copies of frames of a video.
+
+    COLMAP gets the frames of a filmed part at the size that features are found at: it allows for
+    errors of a few pixels, and features found in a reduced image are wrong by more in a large one.
+    """
     folder.mkdir(exist_ok=True)
-    names = []
-    known = [f"{at:02d}_{i:06d}" for at, part in enumerate(parts) for i in part.numbers]
-    stems = known or [f"{i:06d}" for i in range(len(files))]
-    for stem, file in zip(stems, files, strict=True):
-        if isinstance(file, image_files.VideoFrame):
-            names.append(f"{stem}.png")
-            image_files.write(image_files.load(file)[None], folder, names[-1:])
-        else:
-            names.append(f"{stem}{file.suffix}")
-            (folder / names[-1]).unlink(missing_ok=True)
-            (folder / names[-1]).symlink_to(file.resolve())
-    return names
+    parts = [(f"{at:02d}_{i:06d}", p.filmed) for at, p in enumerate(work.parts) for i in p.numbers]
+    parts = parts or [(f"{i:06d}", False) for i in range(len(files))]
+    most = SIDES[work.features]
+
+    def place(at: int) -> str:
+        (stem, filmed), file = parts[at], files[at]
+        longest = max(_size(file)) if filmed and work.by is None else 0
+        if isinstance(file, Path) and longest <= most:
+            name = f"{stem}{file.suffix}"
+            (folder / name).unlink(missing_ok=True)
+            (folder / name).symlink_to(file.resolve())
+            return name
+        name = f"{stem}.png"
+        if not (folder / name).is_file():
+            image = shrunk(file, longest, most) if longest > most else image_files.load(file)
+            image_files.write(image[None], folder, [name])
+        return name
+
+    return in_turn(place, files)
 
 
 def extract(
@@ -176,7 +189,7 @@ def device() -> pycolmap.Device:
     return pycolmap.Device.auto if gpu else CPU
 
 
-def _size(path: Path) -> Size:
+def _size(path: image_files.Image) -> Size:
     """Return (width, height); (0, 0) of an image that cannot be read, for COLMAP to pass over."""
     try:
         return image_files.size_of(path)

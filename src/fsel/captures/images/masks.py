@@ -31,7 +31,7 @@ def load_white(file: Path) -> np.ndarray:
     return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) >= WHITE
 
 
-def mask_of(folder: Path, name: str, image: Path) -> np.ndarray:
+def mask_of(folder: Path, name: str, image: image_files.Image) -> np.ndarray:
     """(h, w) bool mask of an image by its name; refused if missing or of another size."""
     file = mask_file(folder, name)
     if file is None:

@@ -11,9 +11,10 @@ import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.mapping import Mapped
-from fsel.captures.colmap.model import write_model
+from fsel.captures.colmap.model import enlarge, write_model
 from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import video
+from fsel.captures.images.files import size_of
 from fsel.captures.layouts import bare
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses import panoramas, positions, sfm
@@ -48,6 +49,7 @@ def place(
     mapped, raw = _placed(sources, taken, whole, work, say)
     mapped = _mended(sources, taken, whole, work, mapped)
     model, jumps = mapped.model, _jumps(sources, taken, mapped.model)
+    enlarge(model, lambda name: size_of(whole / IMAGES / name))
     poses = [image.cam_from_world().matrix() for image in model.images.values()]
     turn = pycolmap.Rotation3d(upright(np.array(poses)))  # of a world that COLMAP chose
     model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import cv2
 import numpy as np
 
 from fsel.captures.colmap import mapping, runs
@@ -121,7 +122,7 @@ def place(raw: RawCapture, work: Work, start: pycolmap.Reconstruction | None = N
     with nullcontext(work.folder) if work.folder else TemporaryDirectory() as name:
         folder = Path(name)
         folder.mkdir(parents=True, exist_ok=True)
-        names = runs.linked(raw.images, folder / "images", work.parts)
+        names = runs.linked(raw.images, folder / "images", work)
         if work.by is not None:
             models = [colmap.load_model(path) for path in work.by.models(folder)]
             found: Mapped | None = Mapped(max(models, key=lambda model: model.num_reg_images()))
@@ -178,13 +179,15 @@ def _mask(raw: RawCapture, names: Sequence[str], folder: Path, masks: Path | Est
     place = folder / "masking"
     if isinstance(masks, Estimator) and new:
         emptied(place)
-        made = runs.linked([raw.images[i] for i in new], place / "images", ())
+        made = runs.linked([raw.images[i] for i in new], place / "images", Work())
         masks.write(place, place / MASKS, "masks")
         known = dict(zip(new, made, strict=True))
     given = masks if isinstance(masks, Path) else place / MASKS
     for i in new:
-        white = mask_of(given, known[i], folder / "images" / names[i])
-        image_files.write(white[None] * np.uint8(255), output, [f"{names[i]}.png"])
+        white = mask_of(given, known[i], raw.images[i]) * np.uint8(255)
+        size = image_files.size_of(folder / "images" / names[i])
+        white = cv2.resize(white, size, interpolation=cv2.INTER_AREA)
+        image_files.write(white[None], output, [f"{names[i]}.png"])
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
