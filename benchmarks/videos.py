@@ -14,9 +14,9 @@ import json
 import os
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ from captures_unknown import EVERY, SIZES, kept_by, scored
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import Opening, opened
 from fsel.captures.quality.examination import examined
-from fsel.core.subsets import evenly
+from fsel.core.subsets import subset_key
 from fsel.core.wording import counted
 from fsel.selection.halving import halving_of
 from fsel.selection.request import SelectionRequest, checked_request
@@ -43,9 +43,9 @@ HEAD = """# Real videos, trained Gaussians
 
 `make videos` (`benchmarks/videos.py`), {date}. Poses come from all sampled frames; one frame in
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
-held-out frames / the sharp ones / the worst tenth of each selection. {seeds}, each with other
-frames held out and one fit; mean ± its standard error over the videos. In {even} of {runs} runs
-`fsel` kept uniform sampling, by number instead of time. Frames (blurred): {frames}.
+held-out frames / the sharp ones / the worst tenth of each selection. Each of {seeds} holds other
+frames out and makes one fit; mean ± its standard error over the videos. In {even} of {runs} runs
+`fsel` picked the frames of uniform sampling. Frames (blurred): {frames}.
 
 """
 
@@ -79,17 +79,21 @@ def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
     if not cells:
         return
     lazy = opened(Opening((video,), wanted=WANTED), long_side=asked.side)
-    names, count = lazy.capture.names, len(lazy.capture)
-    times = {shot["name"]: shot["seconds"] for shot in lazy.found["video"]}
-    seconds = np.array([times[name] for name in names])
+    count, seconds = len(lazy.capture), lazy.seconds
     blurred, loaded = examined(lazy).of_kind("blurred"), lazy.loaded(np.arange(count))
+
+    @cache
+    def worth(seed: int, frames: tuple[int, ...]) -> np.ndarray:
+        held = np.arange(FIRST[seed], count, EVERY)
+        return scored(loaded, "gaussians", seed, np.array(frames), held, asked.side)[:, 0]
+
     for seed, k, method in cells:
         held = np.arange(FIRST[seed], count, EVERY)
         seen = np.setdiff1d(np.arange(count), held)
         if k > len(seen) - LEAST_SPARE:
             continue
         frames = np.sort(seen[picks_of(method, lazy.part(seen), seconds[seen], k)])
-        psnr = scored(loaded, "gaussians", seed, frames, held, asked.side)[:, 0]
+        psnr = worth(seed, subset_key(frames))
         row = {"side": asked.side, "video": video.stem, "seed": seed, "k": k, "method": method}
         row |= {"frames": count, "picks": frames.tolist(), "psnr": psnr.round(3).tolist()}
         row |= {"sharp": (~np.isin(held, blurred)).tolist(), "blurred": len(blurred)}
@@ -105,13 +109,6 @@ def scores_of(rows: pd.DataFrame) -> pd.Series:
     return pd.Series(dict(zip(SCORES, (part.mean() for part in parts), strict=True)))
 
 
-def is_even(row: Any) -> bool:
-    """Return whether a row's picks are evenly spaced among the frames not held out."""
-    frames = np.arange(row.frames)
-    seen = np.setdiff1d(frames, frames[FIRST[row.seed] :: EVERY])
-    return row.picks == seen[evenly(len(seen), row.k)].tolist()
-
-
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
     table = rows.groupby(["side", "k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
@@ -120,8 +117,9 @@ def page(rows: pd.DataFrame) -> str:
     frames = ", ".join(f"{v} {r.frames} ({r.blurred})" for v, r in each.iterrows())
     seeds = counted(rows["seed"].nunique(), "seed")
     head = {"every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-    own = rows[rows["method"] == FSEL]
-    head |= {"even": sum(is_even(row) for row in own.itertuples()), "runs": len(own)}
+    picks = rows.pivot(index=["side", "video", "seed", "k"], columns="method", values="picks")
+    runs = picks[[UNIFORM, FSEL]].dropna()
+    head |= {"even": (runs[UNIFORM] == runs[FSEL]).sum(), "runs": len(runs)}
     text = HEAD.format(**head, frames=frames)
     for (side, k), part in table.groupby(level=["side", "k"]):
         part = part.droplevel(["side", "k"]).dropna(axis=1, how="all")
@@ -157,7 +155,7 @@ if __name__ == "__main__":
     parser.add_argument("--side", type=int, default=128, choices=SIZES, help="pixels")
     parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
     parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3])
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
     old = pd.read_json(asked.rows, lines=True) if asked.rows.is_file() else pd.DataFrame()

@@ -1,6 +1,7 @@
 """Simple selections: by hand, against slow twins, and what must not change them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from selection_problems import capture_of, in_line, moved, problem_of, random_pr
 
 from fsel.core.limits import THREADS
 from fsel.core.points import SparsePoints
-from fsel.selection.candidates import EVEN, candidates, medoids, serving, stretches
+from fsel.selection.candidates import EVEN, candidates, medoids, serving, stretches, uniform
 from fsel.selection.covisible import FOLD, SECOND, covisible
 from fsel.selection.scene_depth import scene_distances
 
@@ -18,6 +19,23 @@ def test_middles_of_equal_stretches():
     assert stretches(10, 2).tolist() == [2, 7]
     assert stretches(9, 3).tolist() == [1, 4, 7]
     assert stretches(5, 5).tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "left_out", "k", "expected"),
+    [
+        ([0, 1, 2, 3, 13, 14, 15, 16], [], 6, [0, 2, 3, 4, 5, 7]),  # a pause counts as 4 s
+        ([0, 1, 2, 3, 4, 5, 6], [3], 3, [0, 2, 6]),
+        ([0, 0.5, 1, 1.5, 2, 3, 4], [], 3, [0, 4, 6]),  # faster from 2 s on
+        ([0, 1, 2, 0, 1, 2, np.nan], [], 3, [0, 3, 6]),  # two videos, and a photo
+    ],
+)
+def test_frames_of_videos_are_even_in_time(seconds, left_out, k, expected):
+    pool = np.setdiff1d(np.arange(len(seconds)), left_out)
+    problem = SimpleNamespace(sequence=pool, seconds=np.array(seconds, float))
+    assert pool[uniform(problem, k)].tolist() == expected
+    problem.seconds = None
+    assert uniform(problem, len(pool)).tolist() == list(range(len(pool)))
 
 
 def test_a_distance_is_what_centres_and_sight_move_in_depths():

@@ -38,6 +38,7 @@ class Problem:
             paper its baselines may.
         target_depths: (T,) how far what each target looks at is, world units; None where poses
             alone decide.
+        seconds: (N,) float64 of frames that were sampled from a video, NaN of others; None without.
         features: (P, 14) float64 static features of the candidates against the proxies, columns as
             `fsel.features.columns.STATIC`; None where a method that reads them computes them. What
             replaces one of the other attributes replaces them.
@@ -54,6 +55,7 @@ class Problem:
     targets_unknown: bool = False
     proxies_free: bool = True
     target_depths: np.ndarray | None = None
+    seconds: np.ndarray | None = None
     features: np.ndarray | None = None
 
     @classmethod

@@ -19,13 +19,14 @@ from fsel.selectors.baselines.kmedoids import fasterpam
 EVEN = "uniform"  # uniform sampling, which the others are compared with
 RULE = "fsel"
 STEEP = 3  # power of the distance of the steep medoids: the farthest frames decide
+LONGEST = 4.0  # of the median seconds between frames of a video: longer ones are pauses
 SCALE = 1000.0  # of the largest distance: sums in float32 then keep what tells two swaps apart
 
 
 def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
     """A few selections of a whole capture by name, (k,) ascending frames of its `sequence` each.
 
-    `uniform`: uniform sampling. `middles`: the middles of k equal stretches. `kmedoids`: the
+    `uniform`: see `uniform`. `middles`: the middles of k equal stretches. `kmedoids`: the
     medoids of the frames' `scene_distances`. `steep_medoids`: those of the distances' third power.
     `paced_medoids`: the same where a step along the sequence counts as a typical step between
     neighbours. `covisibility`: see `fsel.selection.covisible`.
@@ -35,7 +36,7 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
     distance, order = scene_distances(problem.capture, pool), np.arange(n)
     pace = np.median(distance[order[:-1], order[1:]]) * np.abs(order[:, None] - order)
     rows = {
-        EVEN: evenly(n, k),
+        EVEN: uniform(problem, k),
         "middles": stretches(n, k),
         "kmedoids": medoids(distance, k, 1),
         "steep_medoids": medoids(distance, k, STEEP),
@@ -43,6 +44,24 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
         "covisibility": covisible(problem, pool, k),
     }
     return {name: pool[found] for name, found in rows.items()}
+
+
+def uniform(problem: Problem, k: int) -> np.ndarray:
+    """(k,) ascending rows of the `sequence`, evenly spaced; of a video in time, as other tools
+    take frames, but that pauses count little, and what is left out gives way to the nearest."""
+    pool, seconds = problem.sequence, problem.seconds
+    if seconds is None:
+        return evenly(len(pool), k)
+    steps = np.diff(seconds)
+    usual = np.median(steps[steps > 0]) if (steps > 0).any() else 1.0
+    steps = np.where(steps > 0, np.minimum(steps, LONGEST * usual), usual)  # from video to video
+    clock = np.concatenate([[0.0], np.cumsum(steps)])
+    apart = np.abs(clock[pool] - np.linspace(0, clock[-1], k)[:, None])
+    rows: list[int] = []
+    for row in apart:
+        row[rows] = np.inf
+        rows.append(int(row.argmin()))
+    return np.sort(rows)
 
 
 def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:

@@ -26,7 +26,7 @@ from fsel.core.threads import side_by_side
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.splats import Splats
-from fsel.selection.candidates import EVEN, RULE, candidates, serving, with_fixed
+from fsel.selection.candidates import EVEN, RULE, candidates, serving, uniform, with_fixed
 from fsel.selection.validation import (
     STATED,
     WHOLE,
@@ -81,7 +81,7 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     if k < LEAST_PICKS or spare < acceptance.validation:
         return None
     if problem.targets_unknown:
-        tried = {EVEN: pool[evenly(len(pool), k)], RULE: rule} | candidates(problem, k)
+        tried = {EVEN: pool[uniform(problem, k)], RULE: rule} | candidates(problem, k)
     else:
         tried = {RULE: rule} | serving(problem, rule, targets)
     names: dict[tuple[int, ...], str] = {}

@@ -85,6 +85,8 @@ def _selection(
         stepwise = isinstance(checked.method, ScoringMethod)
         ranked = by_panorama(ranked, checked.panorama, stepwise=stepwise)
     problem = request_problem(capture, targets, sharpness, checked.focus, descriptors)
+    if request.opened is not None:
+        problem = replace(problem, seconds=request.opened.seconds)
     if targets.as_many_as(number):
         problem = with_target_depths(problem)
     frames, scores = ranked(problem, number)
