@@ -72,6 +72,7 @@ captures_384: .venv/installed
 VIDEOS = OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/videos.py
 videos: .venv/installed
 	$(VIDEOS)
+	$(VIDEOS) --paused --budgets 20 40 --methods uniform fsel --seeds 0 1
 	$(VIDEOS) --side 384 --budgets 40 --methods uniform fsel --seeds 0 1
 
 # every table and figure of the default run, hours, and its pages: docs/results/*.md

@@ -5,14 +5,16 @@
 The frames that `fsel select -k 40` samples of the videos in `FSEL_VIDEOS` are placed once; one in
 eight is held out before anything is picked, another one with each seed. Uniform in time (as
 `ffmpeg` and `ns-process-data` take), the sharpest of each interval (`best_n`), `thumbnail`, and
-what `fsel select -k` keeps are trained by `gaussians`, at `--side` pixels. Rows that are there are
-kept.
+what `fsel select -k` keeps are trained by `gaussians`, at `--side` pixels; with `--paused` as if
+the camera had stood still in the middle for a third of the time, which adds no frame but seconds.
+Rows that are there are kept.
 """
 
 import argparse
 import json
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from itertools import product
@@ -37,6 +39,7 @@ WANTED = 40  # picks that enough frames are sampled for
 FIRST = (3, 7, 1, 5)  # frame held out, by the seed
 LEAST_SPARE = 8  # frames that are neither held out nor picked
 UNIFORM, FSEL = "uniform", "fsel"
+PAUSE = 1 / 3  # of the time
 OTHERS = ("best_n", "thumbnail")
 METHODS, SCORES = (UNIFORM, FSEL, *OTHERS), ("all", "sharp", "worst tenth")
 HEAD = """# Real videos, trained Gaussians
@@ -45,7 +48,8 @@ HEAD = """# Real videos, trained Gaussians
 {every} is held out. PSNR (dB) of uniform sampling in time, and what the others are ahead by: on all
 held-out frames / the sharp ones / the worst tenth of each selection. Each of {seeds} holds other
 frames out and makes one fit; mean ± its standard error over the videos. In {even} of {runs} runs
-`fsel` picked the frames of uniform sampling. Frames (blurred): {frames}.
+`fsel` picked the frames of uniform sampling. With a pause: the camera stands still in the middle
+for a third of the time. Frames (blurred): {frames}.
 
 """
 
@@ -72,13 +76,23 @@ def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.
     return rule if race is None else kept_by(race)[0]
 
 
+def paused(lazy: LazyCapture) -> LazyCapture:
+    """Return a video's frames as if the camera had stood still in the middle, for `PAUSE`."""
+    shots, end = lazy.found["video"], lazy.seconds[-1]
+    later = [shot | {"seconds": shot["seconds"] + end * PAUSE / (1 - PAUSE)} for shot in shots]
+    half = len(shots) // 2
+    return replace(lazy, found=lazy.found | {"video": shots[:half] + later[half:]})
+
+
 def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
     """Write the rows of a video that are not there yet."""
     cells = product(asked.seeds, asked.budgets, asked.methods)
-    cells = [cell for cell in cells if (asked.side, video.stem, *cell) not in known]
+    head = {"side": asked.side, "paused": asked.paused, "video": video.stem}
+    cells = [cell for cell in cells if (*head.values(), *cell) not in known]
     if not cells:
         return
     lazy = opened(Opening((video,), wanted=WANTED), long_side=asked.side)
+    lazy = paused(lazy) if asked.paused else lazy
     count, seconds = len(lazy.capture), lazy.seconds
     blurred, loaded = examined(lazy).of_kind("blurred"), lazy.loaded(np.arange(count))
 
@@ -94,7 +108,7 @@ def measure(video: Path, asked: argparse.Namespace, known: set[tuple]) -> None:
             continue
         frames = np.sort(seen[picks_of(method, lazy.part(seen), seconds[seen], k)])
         psnr = worth(seed, subset_key(frames))
-        row = {"side": asked.side, "video": video.stem, "seed": seed, "k": k, "method": method}
+        row = head | {"seed": seed, "k": k, "method": method}
         row |= {"frames": count, "picks": frames.tolist(), "psnr": psnr.round(3).tolist()}
         row |= {"sharp": (~np.isin(held, blurred)).tolist(), "blurred": len(blurred)}
         with asked.rows.open("a") as file:
@@ -111,22 +125,23 @@ def scores_of(rows: pd.DataFrame) -> pd.Series:
 
 def page(rows: pd.DataFrame) -> str:
     """Return the page of the rows: each cell has the three scores."""
-    table = rows.groupby(["side", "k", "video", "method"])[["psnr", "sharp"]].apply(scores_of)
-    table = table.unstack("method")
+    cells = ["side", "paused", "k", "video", "method"]
+    table = rows.groupby(cells)[["psnr", "sharp"]].apply(scores_of).unstack("method")
     each = rows.groupby("video").first()
     frames = ", ".join(f"{v} {r.frames} ({r.blurred})" for v, r in each.iterrows())
     seeds = counted(rows["seed"].nunique(), "seed")
     head = {"every": EVERY, "seeds": seeds, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-    picks = rows.pivot(index=["side", "video", "seed", "k"], columns="method", values="picks")
+    picks = rows.pivot(index=[*cells[:-1], "seed"], columns="method", values="picks")
     runs = picks[[UNIFORM, FSEL]].dropna()
     head |= {"even": (runs[UNIFORM] == runs[FSEL]).sum(), "runs": len(runs)}
     text = HEAD.format(**head, frames=frames)
-    for (side, k), part in table.groupby(level=["side", "k"]):
-        part = part.droplevel(["side", "k"]).dropna(axis=1, how="all")
+    for (side, pause, k), part in table.groupby(level=cells[:3]):
+        part = part.droplevel(cells[:3]).dropna(axis=1, how="all")
         methods = [m for m in METHODS[1:] if m in part["all"]]
         gains = {m: np.array([part[s][m] - part[s][UNIFORM] for s in SCORES]).T for m in methods}
         names = " | ".join(f"`{method}`" for method in methods)
-        text += f"## K = {k}, {side} pixels\n\n| video | uniform | {names} |\n"
+        text += f"## K = {k}, {side} pixels{', with a pause' if pause else ''}\n\n"
+        text += f"| video | uniform | {names} |\n"
         text += "|---" * (2 + len(methods)) + "|\n"
         for at, video in enumerate(part.index):
             own = " / ".join(f"{part[s][UNIFORM].iloc[at]:.1f}" for s in SCORES)
@@ -153,13 +168,14 @@ if __name__ == "__main__":
     parser.add_argument("videos", nargs="*", type=Path, default=found)
     parser.add_argument("--rows", type=Path, default=Path("results/videos.jsonl"))
     parser.add_argument("--side", type=int, default=128, choices=SIZES, help="pixels")
+    parser.add_argument("--paused", action="store_true", help="with a pause, see above")
     parser.add_argument("--budgets", type=int, nargs="+", default=[20, 40, 80])
     parser.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3])
     asked = parser.parse_args()
     asked.rows.parent.mkdir(parents=True, exist_ok=True)
     old = pd.read_json(asked.rows, lines=True) if asked.rows.is_file() else pd.DataFrame()
-    cells = old.get(["side", "video", "seed", "k", "method"], old)
+    cells = old.get(["side", "paused", "video", "seed", "k", "method"], old)
     known = set(cells.itertuples(index=False, name=None))
     for video in asked.videos:
         measure(video, asked, known)
