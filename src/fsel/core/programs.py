@@ -81,7 +81,8 @@ class Program(ABC):
             raise ValueError(f"timeout must be seconds above zero, got {self.timeout!r}")
         if not isinstance(self.gpu, bool):
             raise ValueError(f"gpu must be true or false, got {self.gpu!r}")
-        check_folder("venv", self.venv)
+        if not isinstance(self.venv, str | None):
+            raise ValueError(f"venv must be a folder or null, got {self.venv!r}")
         if not isinstance(self.files, Mapping) or not all(
             isinstance(word, str) for pair in self.files.items() for word in pair
         ):
@@ -138,12 +139,6 @@ class Program(ABC):
         """Fill the places of a word in."""
         places = {FOLDER: folder, RECIPES: self.recipes, HERE: Path.cwd(), PYTHON: sys.executable}
         return MARK.sub(lambda match: str(places[match[0]]), word)
-
-
-def check_folder(name: str, value: object) -> None:
-    """Refuse a folder that is neither text nor null."""
-    if value is not None and not isinstance(value, str):
-        raise ValueError(f"{name} must be a folder or null, got {value!r}")
 
 
 def words_of(name: str, value: object) -> tuple[str, ...]:

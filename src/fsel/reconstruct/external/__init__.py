@@ -122,7 +122,8 @@ class External(ConfiguredReconstructor[ExternalSettings]):
         out = self.arrays.room("rendered", shape, kind)
         out[...] = np.nan if kind == np.float32 else 0
         request = {"do": "render", "model": model.number, "folder": str(model.arrays.folder)}
-        request |= {"views": str(model.arrays.put_views(views)), "size": [width, height]}
+        rows = np.concatenate([views.world_to_camera.reshape(-1, 12), views.intrinsics], axis=1)
+        request |= {"views": str(model.arrays.put("views", rows)), "size": [width, height]}
         self.worker.ask(request | {"out": str(self.arrays.path("rendered"))})
         if kind == np.uint8:
             return out.astype(np.float32) / 255
@@ -204,11 +205,6 @@ class Arrays:
         if points and capture.points is not None:
             for name in POINTS:
                 self.put(name, getattr(capture.points, name))
-
-    def put_views(self, views: Views) -> Path:
-        """Write a row for each view: its pose, then its intrinsics."""
-        poses = views.world_to_camera.reshape(-1, 12)
-        return self.put("views", np.concatenate([poses, views.intrinsics], axis=1))
 
 
 def write_files(folder: Path, capture: Capture) -> None:
