@@ -13,15 +13,24 @@ import numpy as np
 from fsel.captures.images import files as image_files
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import unposed
-from fsel.captures.quality.findings import DUPLICATE, entries
+from fsel.captures.quality.examination import examined
+from fsel.captures.quality.findings import DUPLICATE, Health, entries, in_words
 from fsel.cli.console import Console
 from fsel.cli.open_capture import inputs_of, opening_of
 from fsel.core.files import json_text
 from fsel.core.outputs import staged
+from fsel.core.problem import Method, Problem, checked_select
+from fsel.core.registry import Registry
 from fsel.core.wording import counted
+from fsel.features.appearance import LAB_HOG, descriptors
 from fsel.selection.export import placing
-from fsel.selection.unposed import DEFAULT, POSELESS, select_unposed
+from fsel.selectors.baselines import METHODS, PRACTICE, WITHOUT_POSES
+from fsel.selectors.baselines.before_poses import farthest
 
+DEFAULT = "best_n"
+_HOMES = PRACTICE.homes | METHODS.homes
+_NAMES = (*WITHOUT_POSES, "uniform", "sharpest")
+POSELESS: Registry[Method] = Registry("method without poses", {n: _HOMES[n] for n in _NAMES})
 RECORD, SHEET = "frames.json", "contact_sheet.jpg"
 ALLOWED = (
     *("--method", "--keep-bad", "--rate", "--start", "--end", "--skip-unreadable"),
@@ -40,7 +49,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     output = staged(args.out, inputs_of(args), args.force)
     with output as stage, TemporaryDirectory(dir=stage) as folder:
         opened = unposed(opening_of(args), Path(folder), console)
-        picks, health = select_unposed(opened, args.k, method, console, keep_bad=args.keep_bad)
+        picks, health = _selected(opened, args.k, method, console, args.keep_bad)
         _write(stage, opened, picks, args)
         names = opened.capture.names
         found = entries(health, names)
@@ -55,6 +64,33 @@ def run(args: argparse.Namespace, console: Console) -> None:
     said = f"{counted(len(picks), 'frame')} of {len(names)} by {method.name}"
     console.say("written", f"{args.out}: {said} after {content['seconds']:.2f} s")
     console.give(content)
+
+
+def _selected(
+    opened: LazyCapture, k: int, method: Method, console: Console, keep_bad: bool
+) -> tuple[np.ndarray, Health]:
+    """Pick k frames of what `unposed` opened, and return them with the health of all.
+
+    Duplicates are left out, and bad frames as long as k others remain. The first pick is the one
+    that the others resemble most, each next one the least like those before it.
+    """
+    health, names = examined(opened, console.bar("health")), opened.capture.names
+    if keep_bad:
+        health = Health(sharpness=health.sharpness)
+    frames = np.setdiff1d(np.arange(len(names)), health.of_kind(DUPLICATE))
+    if not 1 <= k <= len(frames):
+        said = f"{opened.capture.source}: k is {k}; allowed: 1 to {len(frames)}, frames that differ"
+        raise ValueError(f"{said}. Hint: --rate takes more of a video")
+    health = health.leaving_out(frames, len(frames) - k)
+    for line in in_words(health, names):
+        console.say(*line)
+    pool = np.setdiff1d(frames, health.left_out)
+    capture = opened.loaded(np.arange(len(names)), console.bar("images"))
+    described = descriptors(capture.images, LAB_HOG)
+    known = np.nan_to_num(np.zeros(len(names)) if health.sharpness is None else health.sharpness)
+    problem = Problem(capture, pool, pool[:0], capture.view(pool[:0]), described, known)
+    picks = checked_select(method, problem, k, np.random.default_rng(0))
+    return picks[farthest(described[picks], k)], health
 
 
 def _write(stage: Path, opened: LazyCapture, picks: np.ndarray, args: argparse.Namespace) -> None:
