@@ -58,7 +58,7 @@ real: .venv/installed
 .PHONY: captures_384
 LARGE = results/captures_384.jsonl
 AT_384 = --side 384 --by gaussians --seeds 1 --rows $(LARGE)
-PRACTICE = "the rule alone" lichtfeld alicevision thumbnail correlation drift farthest_appearance warp_rf
+PRACTICE = "the rule alone" alicevision thumbnail warp_rf
 captures_384: .venv/installed
 	$(CAPTURES)_unknown.py $(AT_384) --starts 1 3 5 7 --budgets 10 --methods tried best_n Nearest "targets known"
 	$(CAPTURES)_unknown.py $(AT_384) --starts 3 7 --budgets 20 30 --methods tried

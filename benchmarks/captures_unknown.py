@@ -41,8 +41,9 @@ from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.candidates import RULE as OWN
 from fsel.selection.candidates import serving
-from fsel.selection.halving import METRICS, SuccessiveHalving, halving_of, small_fits
+from fsel.selection.halving import SuccessiveHalving, halving_of, near_targets
 from fsel.selection.problem import request_problem
+from fsel.selection.small_fits import METRICS, small_fits
 from fsel.selection.targets import targets_of
 from fsel.selection.validation import STATED, TimeBudget
 from fsel.selectors.baselines import PRACTICE
@@ -63,6 +64,7 @@ PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
 ENDLESS = TimeBudget(float("inf"))
 SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
+ROUNDS = 12  # of exchanges where targets are known, as a minute plans
 
 
 def paused(capture: Capture) -> Capture:
@@ -137,9 +139,9 @@ def held_out(capture: Capture, how: str, start: int) -> np.ndarray:
     return np.sort(rng.choice(near, min(NINE, len(near) // 2), replace=False))
 
 
-def kept_by(race: SuccessiveHalving) -> tuple[np.ndarray, dict[str, object]]:
+def kept_by(race: SuccessiveHalving, rounds: int = 0) -> tuple[np.ndarray, dict[str, object]]:
     """(k,) frames that a race keeps; their selection's name, and the fits that it took."""
-    outcome = race.run(SHARE, ENDLESS)
+    outcome = race.run(SHARE, ENDLESS, rounds)
     return outcome.frames, {"kept": outcome.kept, "fits": outcome.fits}
 
 
@@ -160,7 +162,7 @@ def selected(
 
 
 def told(
-    capture: Capture, held: np.ndarray, k: int
+    capture: Capture, held: np.ndarray, k: int, methods: Collection[str]
 ) -> Iterator[tuple[str, list[np.ndarray], dict[str, object]]]:
     """What `picked` yields of the frames held out, their images being read."""
     targets = targets_of(capture, held)
@@ -168,7 +170,8 @@ def told(
     rule = selected(capture, k, targets=held)
     picks = {OWN: rule} | serving(problem, rule, held)
     picks = {name: np.sort(frames) for name, frames in picks.items()}
-    score = small_fits(capture, held, picks)
+    near = near_targets(problem, k)
+    score = small_fits(capture, held, [*picks.values(), near])
 
     @cache
     def scores(frames: tuple[int, ...], seed: int) -> np.ndarray:
@@ -178,12 +181,14 @@ def told(
         def own(frames: np.ndarray, seed: int) -> np.ndarray:
             return scores(subset_key(frames), seed)[rows]
 
-        return kept_by(SuccessiveHalving(own, picks, held[rows], STATED))
+        return kept_by(SuccessiveHalving(own, picks, held[rows], STATED, near), ROUNDS)
 
-    frames, more = kept(slice(None))
-    yield LOOKED, [frames] * 2, more
-    (even, _), (odd, _) = (kept(slice(first, None, 2)) for first in range(2))
-    yield UNSEEN, [odd, even], {}
+    if LOOKED in methods:
+        frames, more = kept(slice(None))
+        yield LOOKED, [frames] * 2, more
+    if UNSEEN in methods:
+        (even, _), (odd, _) = (kept(slice(first, None, 2)) for first in range(2))
+        yield UNSEEN, [odd, even], {}
 
 
 def picked(
@@ -203,7 +208,7 @@ def picked(
     for name in AIMED.keys() & methods:
         yield name, [selected(capture, k, AIMED[name], held)] * 2, {}
     if {LOOKED, UNSEEN} & set(methods):
-        yield from told(capture, held, k)
+        yield from told(capture, held, k, methods)
 
 
 def rows(

@@ -38,7 +38,7 @@ from fsel.reconstruct.gaussians.training import Training
 from fsel.reconstruct.radiance_field import RadianceField, grid
 from fsel.reconstruct.radiance_field import training as field
 from fsel.reconstruct.splats import Splats, fusion, reconstructor
-from fsel.selection.halving import small_fits
+from fsel.selection.small_fits import small_fits
 
 PAGE = Path(__file__).parents[1] / "docs/results/threads.md"
 SIZES = (  # pixels, Gaussians, frames, steps of a turn
@@ -70,7 +70,7 @@ def cases():
     yield "`splats`, 20 frames, 128 px", splats, 1, 0
     quick = RadianceField(capture, sides=(40, 80), steps=(60, 60))
     yield "`radiance_field`, the same", [lambda: quick.fit(even).grid.color] * len(COUNTS), 1, 0
-    score = small_fits(capture, even + 1, {"even": even})
+    score = small_fits(capture, even + 1, [even])
     trials = [lambda: [*side_by_side(lambda seed: score(even, seed), range(4))]]
     yield "4 trials of `fsel select`", trials * len(COUNTS), 1, 0
     for width, budget, frames, steps in SIZES:

@@ -38,7 +38,9 @@ def cache(tmp_path, monkeypatch):
 def quick_trials(monkeypatch):
     """Selections are validated by few fits of few steps; tests/selection/test_halving.py has real
     ones."""
-    from fsel.selection import halving
+    from fsel.selection import halving, small_fits
 
-    monkeypatch.setitem(halving.SETTINGS, "steps", 5)
+    monkeypatch.setitem(small_fits.SETTINGS, "steps", 5)
     monkeypatch.setattr(halving, "MOST_SHARES", 1)
+    monkeypatch.setattr(halving, "KNOWN_SHARES", 1)
+    monkeypatch.setattr(halving, "ROUND_SECONDS", 40.0)

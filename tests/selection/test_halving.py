@@ -57,6 +57,21 @@ def test_on_targets_gaussians_alone_decide_and_little_keeps_the_rule():
     assert race({"other": 0.1}, bar=STATED).kept == EVEN
 
 
+@pytest.mark.parametrize(("agree", "expected"), [(True, "exchanges"), (False, EVEN)])
+def test_picks_are_exchanged_where_two_fits_gain(agree, expected):
+    near = np.arange(20, 30)
+
+    def score(frames, seed):
+        return np.tile([20 + frames.sum() / 100 * (agree or not seed), 0.5], (40, 1))
+
+    race = SuccessiveHalving(score, {EVEN: EVENLY}, FRAMES, STATED, near, np.array([13]))
+    found = race.run(1, ENDLESS, rounds=9)
+    assert found.kept == expected
+    assert 2 + 9 * 8 < found.fits + 2 <= 2 + 9 * 9
+    if agree:
+        assert found.frames.tolist() == [13, 28, 29, 39]  # of 26, 28 and 29 the best two
+
+
 def test_little_gain_and_worse_structure_keep_every_nth_frame():
     assert race({"other": 0.4}).kept == EVEN
     assert race({"other": 3.0}, ssim=-0.01).kept == EVEN
@@ -202,7 +217,7 @@ def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     assert first.tried.fits == fits <= len(first.tried.trials) + 1
 
 
-def test_images_of_targets_that_are_frames_are_looked_at_by_default(ring, tmp_path):
+def test_images_of_targets_that_are_frames_are_looked_at_by_default(ring, tmp_path, quick_trials):
     asked = ("--targets", "every:4", "-k", 5)
     assert select(ring, *asked, "-o", tmp_path / "rule") == 0
     assert record_of(tmp_path / "rule")["tried"] is None
@@ -210,7 +225,7 @@ def test_images_of_targets_that_are_frames_are_looked_at_by_default(ring, tmp_pa
     tried = record_of(tmp_path / "out")["tried"]
     assert (tried["on_targets"], tried["selections"][0]["name"]) == (True, "fsel")
     assert tried["kept"] in {one["name"] for one in tried["selections"]}
-    assert sum(one["fits"] for one in tried["selections"]) == tried["fits"]
+    assert sum(one["fits"] for one in tried["selections"]) + 8 <= tried["fits"]
 
 
 def test_images_that_stay_unopened_are_not_tried_on(ring, tmp_path, capsys):

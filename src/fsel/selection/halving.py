@@ -6,27 +6,23 @@ by small `gaussians` too. Another one replaces uniform sampling where both recon
 ahead by 0.2 dB and not behind in SSIM, and their mean by 0.5 dB and beyond chance.
 
 With targets that are frames, their own images can score instead: another selection replaces the
-rule's where `gaussians` put it ahead by 0.2 dB. Gains: docs/results/captures_unknown.md.
+rule's where `gaussians` put it ahead by 0.2 dB, and picks of it are exchanged as long as there is
+time. Gains: docs/results/captures_unknown.md, docs/results/captures_known.md.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from scipy.special import stdtrit
 
-from fsel.core.capture import Capture
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly, subset_key
 from fsel.core.threads import side_by_side
-from fsel.metrics import score_views
-from fsel.reconstruct.gaussians import Gaussians
-from fsel.reconstruct.splats import Splats
 from fsel.selection.candidates import EVEN, RULE, candidates, serving, uniform, with_fixed
+from fsel.selection.small_fits import Scorer, small_fits
 from fsel.selection.validation import (
     STATED,
     WHOLE,
@@ -35,20 +31,22 @@ from fsel.selection.validation import (
     TimeBudget,
     ValidationResult,
 )
+from fsel.selectors.baselines.by_pose import nearest_frames
 
 VALIDATION = 96  # frames at most that are rendered and scored
 LEAST_PICKS = 3  # that are reconstructed from
 HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and shares of new fits
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
+KNOWN_SHARES = 2  # of those where targets score: the rest of the time goes to exchanges
+ROUND, ROUND_SECONDS = 8, 4.0  # exchanges that are tried at a time; of patience for them
+AROUND = 8  # times as many frames as picks, the nearest to the targets, may come in
+EXCHANGED = "exchanges"
+NONE = np.empty(0, np.int64)
 STRETCHES = 12  # of the validation frames at most: neighbours are not independent
 LEAST_STRETCH = 3  # frames of a stretch
 CHANCE = 0.05  # one-sided, by Student's t over the stretches, for all that are tried together
 FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
-SIDE = 64  # pixels
-SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
-METRICS = ("psnr", "ssim")
-BLOCK = 32  # frames that are opened at a time, at the size they have
 
 
 def validated(
@@ -69,8 +67,11 @@ def validated(
     halving = halving_of(problem, rule, targets) if patience.seconds else None
     if halving is None:
         return None
-    share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
-    return halving.run(share, patience)
+    most = MOST_SHARES if problem.targets_unknown else KNOWN_SHARES
+    share = max(1, round(min(patience.seconds / SHARE_SECONDS, most)))
+    left = patience.seconds - most * SHARE_SECONDS
+    rounds = 0 if problem.targets_unknown else max(0, round(left / ROUND_SECONDS))
+    return halving.run(share, patience, rounds)
 
 
 def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> SuccessiveHalving | None:
@@ -90,15 +91,23 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     picks = {name: np.array(key) for key, name in names.items()}
     validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]
-    score = small_fits(problem.capture, validation, picks)
-    return SuccessiveHalving(score, picks, validation, acceptance)
+    near = NONE if problem.targets_unknown else near_targets(problem, k)
+    score = small_fits(problem.capture, validation, [*picks.values(), near])
+    exchanged = near, problem.fixed_picks
+    return SuccessiveHalving(score, picks, validation, acceptance, *exchanged)
+
+
+def near_targets(problem: Problem, k: int) -> np.ndarray:
+    """Return the frames that may come in by exchanges, some times as many as the k picks."""
+    return nearest_frames(problem, problem.sequence, min(AROUND * k, len(problem.sequence)))
 
 
 class SuccessiveHalving:
     """Comparison of selections with a first one, in heats: the best go on with new fits.
 
     `picks` maps names to (K,) ascending frames, of which the first is kept unless another meets the
-    rule; `validation` are (W,) frames that are scored.
+    rule; `validation` are (W,) frames that are scored; picks but those of `fixed` may be exchanged
+    for frames of `near`.
     """
 
     def __init__(
@@ -107,9 +116,11 @@ class SuccessiveHalving:
         picks: Mapping[str, np.ndarray],
         validation: np.ndarray,
         rule: AcceptanceRule = WHOLE,
+        near: np.ndarray = NONE,
+        fixed: np.ndarray = NONE,
     ) -> None:
         self._score, self._picks, self._validation = score, dict(picks), validation
-        self._rule = rule
+        self._rule, self._near, self._fixed, self._others = rule, near, fixed, 0
         self._scores: dict[str, dict[str, list[np.ndarray]]] = {
             name: {"splats": [], "gaussians": []} for name in picks
         }
@@ -117,8 +128,10 @@ class SuccessiveHalving:
         self._hopeful = [name for name in others if self._free(name).sum() >= rule.validation]
         self._started: float | None = None
 
-    def run(self, share: int, patience: TimeBudget) -> ValidationResult:
-        """Run all heats, with `share` fits of a selection in the first, up to the time's ceiling.
+    def run(self, share: int, patience: TimeBudget, rounds: int = 0) -> ValidationResult:
+        """Run all heats, with `share` fits of a selection in the first, and rounds of exchanges, up
+        to the time's ceiling.
+
         Time runs from the end of the first fit by `gaussians`, which may have to be compiled.
         """
         if self._hopeful and self._rule.sure:
@@ -127,7 +140,7 @@ class SuccessiveHalving:
                 self._scores[name]["splats"].append(scores)
         self._hopeful = [name for name in self._hopeful if self._rule.agreed(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
-        left = sum(self._runners(count) * seeds for count, seeds in heats)
+        left = sum(self._runners(count) * seeds for count, seeds in heats) + rounds * (ROUND + 1)
         over, cut, seed = False, False, 0
         for count, seeds in heats:
             names = self._contenders()[:count]
@@ -140,8 +153,11 @@ class SuccessiveHalving:
             cut = over and self._made < made + len(jobs)
             left -= self._runners(count) * seeds
             seed += seeds
+        kept = self._kept()
+        if rounds and not over:
+            kept, cut = self._improved(kept, rounds, patience)
         trials, on_targets = tuple(map(self.trial, self._picks)), not self._rule.sure
-        return ValidationResult(trials, self._kept(), self._made, cut, on_targets, patience.seconds)
+        return ValidationResult(trials, kept, self._made, cut, on_targets, patience.seconds)
 
     def trial(self, name: str) -> CandidateScore:
         """Return what is known of a selection; its error is infinite before both have scored it."""
@@ -184,20 +200,52 @@ class SuccessiveHalving:
         """Count the selections that a heat has at most, the first one included."""
         return len(self._hopeful[:count]) + 1 if self._hopeful else 0
 
+    def _improved(self, kept: str, rounds: int, patience: TimeBudget) -> tuple[str, bool]:
+        """Exchange picks of a selection, in each round the best of some exchanges where two fits
+        gain by it; name what comes of it, and say whether time was up."""
+        picks, fitted = self._picks[kept], self._scores[kept]["gaussians"][:2]
+        fitted += [self._score(picks, seed) for seed in range(len(fitted), 2)]
+        now, over, rng = picks, len(self._near) <= len(picks), np.random.default_rng(0)
+        for left in reversed(range(rounds)):
+            if over:
+                break
+            gone, come = np.setdiff1d(now, self._fixed), np.setdiff1d(self._near, now)
+            pairs = zip(rng.choice(gone, ROUND), rng.choice(come, ROUND), strict=True)
+            tried = [np.sort(np.append(now[now != out], new)) for out, new in pairs]
+            first = list(side_by_side(lambda frames: self._score(frames, 0), tried))
+            best = int(np.argmax([_psnr(scores) for scores in first]))
+            self._others += ROUND
+            if _psnr(first[best]) > _psnr(fitted[0]):
+                second = self._score(tried[best], 1)
+                self._others += 1
+                if _psnr(second) > _psnr(fitted[1]):
+                    now, fitted = tried[best], [first[best], second]
+            over = self._late(left * (ROUND + 1), patience) and left > 0
+        if now is picks:
+            return kept, over
+        self._picks[EXCHANGED], self._scores[EXCHANGED] = now, {"splats": [], "gaussians": fitted}
+        return EXCHANGED, over
+
     @property
     def _made(self) -> int:
-        return sum(len(scores) for made in self._scores.values() for scores in made.values())
+        kept = sum(len(scores) for made in self._scores.values() for scores in made.values())
+        return kept + self._others
 
     def _heat(self, jobs: list[tuple[str, int]], left: int, patience: TimeBudget) -> bool:
         """Make some fits; whether the time's ceiling was reached, or progress ended them."""
-        planned, most = self._made + left, patience.ceiling * patience.seconds
+        planned = self._made + left
         for name, scores in self._fits(jobs):
             self._scores[name]["gaussians"].append(scores)
-            self._started = self._started or time.perf_counter()
-            gone = time.perf_counter() - self._started
-            if not patience.progress(self._made, planned, gone) or gone > most:
+            if self._late(planned - self._made, patience):
                 return True
         return False
+
+    def _late(self, left: int, patience: TimeBudget) -> bool:
+        """Show progress with so many fits left; return whether it or the time's ceiling ends it."""
+        self._started = self._started or time.perf_counter()
+        gone = time.perf_counter() - self._started
+        shown = patience.progress(self._made, self._made + left, gone)
+        return not shown or gone > patience.ceiling * patience.seconds
 
     def _fits(self, jobs: Sequence[tuple[str, int | None]]) -> Iterator[tuple[str, np.ndarray]]:
         """Yield the names of jobs with their scores, in order, fitted on all threads."""
@@ -228,6 +276,10 @@ def compared(
     return float(mean.mean()), float(least), float(ssim), float(np.sqrt(of_frames + of_fits))
 
 
+def _psnr(scores: np.ndarray) -> float:
+    return float(scores[:, 0].mean())
+
+
 def _stretches(count: int) -> int:
     """Count the stretches that so many validation frames are cut into."""
     return int(np.clip(count // LEAST_STRETCH, 2, STRETCHES))
@@ -236,35 +288,3 @@ def _stretches(count: int) -> int:
 def _chance(trial: CandidateScore, tried: int = 1) -> float:
     """Gain in dB that chance may bring to the best of so many (Bonferroni)."""
     return trial.error * float(stdtrit(_stretches(trial.validation) - 1, 1 - CHANCE / tried))
-
-
-Scorer = Callable[[np.ndarray, int | None], np.ndarray]
-"""(K,) frames -> (W, 2) PSNR in dB and SSIM by `gaussians` of a seed, or, for None, `splats`."""
-
-
-def small_fits(capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]) -> Scorer:
-    """Make what fits the selections at a small size and scores them on (W,) validation frames."""
-    needed = np.unique(np.concatenate([validation, *picks.values()]))
-    small, rows = _small(capture, needed), np.searchsorted(needed, validation)
-    truth, views = np.asarray(small.images[rows]), small.view(rows)
-    masks = None if small.masks is None else small.masks[rows]
-
-    def score(frames: np.ndarray, seed: int | None) -> np.ndarray:
-        by = Splats(small) if seed is None else Gaussians(small, **SETTINGS, seed=seed)
-        model = by.fit(np.searchsorted(needed, frames))
-        return score_views(model.render(views), truth, masks, METRICS)
-
-    return score
-
-
-def _small(capture: Capture, frames: np.ndarray) -> Capture:
-    """Some frames of a capture at the size of the trials, opened a few at a time."""
-    blocks = np.array_split(frames, len(frames) // BLOCK + 1)
-    parts = [capture.subset(block).resized(SIDE) for block in blocks]
-    masks = None
-    if capture.masks is not None:
-        masks = np.concatenate([np.asarray(part.masks) for part in parts])
-    images = np.concatenate([np.asarray(part.images) for part in parts])
-    whole = replace(capture, masks=None).subset(frames, images)
-    intrinsics = np.concatenate([part.intrinsics for part in parts])
-    return replace(whole, intrinsics=intrinsics, masks=masks)

@@ -19,7 +19,7 @@ from fsel.selection.focus import Focus, focus_of, from_box
 from fsel.selection.frames import Wish, is_stated
 from fsel.selection.panoramas import panorama_of
 from fsel.selection.targets import ALL, Request, Targets, check_count, check_targets, targets_of
-from fsel.selection.validation import LEAST_TARGETS, TimeBudget
+from fsel.selection.validation import DEFAULT, KNOWN, LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
 
 LEAST_FRAMES = 3
@@ -189,7 +189,8 @@ def _time_budget(checked: CheckedRequest) -> TimeBudget:
     beside = _stated_beside(checked)
     if stated is None:
         named = not (request.method is None and request.weights is None)
-        return TimeBudget(0) if named or beside or not request.pictured else TimeBudget()
+        seconds = KNOWN if len(checked.targets.frames) else DEFAULT
+        return TimeBudget(0 if named or beside or not request.pictured else seconds)
     patience = stated if isinstance(stated, TimeBudget) else TimeBudget(stated)
     if not patience.seconds:
         return patience

@@ -31,7 +31,7 @@ every_method = pytest.mark.parametrize("method", EVERY.values(), ids=EVERY.keys(
 with_and_without_points = pytest.mark.parametrize("points", [True, False])
 BY_ORDER = (
     *("uniform", "sharpest", "all"),  # follow the order of frames by definition
-    *("best_n", "lichtfeld", "alicevision", "thumbnail", "correlation", "drift"),
+    *("best_n", "alicevision", "thumbnail"),
     *(
         "fisher_rf",
         "cover",

@@ -8,7 +8,7 @@ import pytest
 from selection_problems import in_line, problem_of
 
 from fsel.selectors.baselines import PRACTICE, before_poses
-from fsel.selectors.baselines.before_poses import LOST, drift, tenengrad
+from fsel.selectors.baselines.before_poses import farthest
 
 
 def picks(name, k, images=None, **seen):
@@ -33,35 +33,10 @@ def test_a_thumbnail_is_the_frame_nearest_to_the_mean_histogram_of_its_batch():
     assert picks("thumbnail", 2, np.tile(levels[:, None, None], (1, 4, 4))) == [1, 3]
 
 
-def test_a_threshold_on_correlation_is_lowered_until_k_frames_are_kept():
-    # the cosine of an angle: 60 degrees and more keep three
-    turn = np.radians([0, 5, 10, 60, 65, 121, 124])[:, None, None]
-    wave = np.tile(2 * np.pi * np.arange(32) / 16, (32, 1))
-    images = np.rint(128 + 100 * np.cos(wave - turn)).astype(np.uint8)
-    assert picks("correlation", 3, images) == [0, 3, 5]
-
-
-def test_farthest_appearance_starts_with_what_most_others_resemble():
+def test_what_most_others_resemble_comes_first():
     angle = np.radians([0, 10, 20, 80])  # sums of cosines: 3.1, 3.3, 3.4, 2.0
-    described = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
-    assert picks("farthest_appearance", 4, descriptors=described) == [2, 3, 0, 1]
-
-
-def test_drift_spaces_frames_by_the_motion_of_keypoints():
-    wall = np.kron(np.random.default_rng(0).integers(0, 255, (20, 40)), np.ones((6, 6)))
-    shift = [0, 1, 2, 3, 4, 14, 24, 34]  # pixels of 160; a third of the way is 11.3
-    images = np.array([wall[:, s : s + 160] for s in shift]).astype(np.uint8)
-    assert picks("drift", 4, images) == [0, 5, 6, 7]
-    assert drift(images[4], images[5]) == pytest.approx(10 / 160, abs=0.002)
-    assert drift(np.zeros((9, 9), np.uint8), np.zeros((9, 9), np.uint8)) == LOST
-
-
-def test_lichtfeld_takes_the_largest_tenengrad_of_each_window():
-    step = np.zeros((6, 6), np.uint8)
-    step[:, 3:] = 1  # across two columns Sobel's kernel sums to 4
-    assert tenengrad(step) == 6 * 2 * 4**2
-    height = np.array([1, 5, 3, 2, 2, 9], np.uint8)[:, None, None]
-    assert picks("lichtfeld", 2, step * height) == [1, 5]
+    described = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    assert farthest(described, 4).tolist() == [2, 3, 0, 1]
 
 
 def test_alicevision_cuts_stretches_of_equal_motion():

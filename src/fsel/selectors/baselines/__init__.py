@@ -33,10 +33,7 @@ FURTHER: Registry[Method] = Registry(
 )
 """Further methods, in the order of the tables."""
 
-WITHOUT_POSES = (
-    *("best_n", "lichtfeld", "alicevision", "thumbnail", "correlation", "drift"),
-    "farthest_appearance",
-)
+WITHOUT_POSES = ("best_n", "alicevision", "thumbnail")
 _HOMES = {n: f"fsel.selectors.baselines.before_poses:{n.upper()}" for n in WITHOUT_POSES}
 _HOMES["warp_rf"] = "fsel.selectors.baselines.by_reconstruction:WARP_RF"
 PRACTICE: Registry[Method] = Registry("method", _HOMES)

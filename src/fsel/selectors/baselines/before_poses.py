@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import cv2
@@ -14,9 +13,6 @@ from fsel.core.subsets import evenly, just_enough
 
 GAP = 4  # frames from one pick of best-N to the next at least, where so many leave room
 SHARPNESS, POSITION = 0.7, 0.3  # shares of its score
-SIDE = (32, 32)  # pixels of the grey images that are correlated
-KEYPOINTS, QUALITY, APART = 200, 0.01, 5  # of each image: number, least response, pixels
-LOST = 0.25  # of the longer side: the drift of a keypoint that is not found again
 WINDOW = 200 / 720  # AliceVision's: its side as a share of the image's width
 CELLS = 8  # over the width, each of which has one motion
 DIGITS = 3  # of motions in pixels
@@ -54,20 +50,6 @@ def best_n(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[picks]
 
 
-def lichtfeld(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick the sharpest frame by Tenengrad of each of k windows as equal as can be, as LichtFeld
-    Studio extracts a video's frames; ties go to the lowest."""
-    sharp = np.array([tenengrad(image) for image in grey_images(problem)])
-    windows = np.array_split(np.arange(len(sharp)), k)
-    return problem.observed[[window[np.argmax(sharp[window])] for window in windows]]
-
-
-def tenengrad(image: np.ndarray) -> int:
-    """Return the sum of the squared Sobel gradients of an (h, w) uint8 image."""
-    gradients = [cv2.Sobel(image, cv2.CV_16S, *order) for order in ((1, 0), (0, 1))]
-    return int(np.square(gradients, dtype=np.int64).sum())
-
-
 def thumbnail(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick the frame nearest to the mean histogram of each of k batches as equal as can be:
     ffmpeg's `thumbnail`, as in nerfstudio; ties go to the lowest."""
@@ -83,48 +65,6 @@ def thumbnail(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 def histogram(image: np.ndarray) -> np.ndarray:
     """Return (3 * 256,) int64 pixels of an (h, w, 3) uint8 image at each level of a channel."""
     return np.bincount((image + np.array([0, 256, 512])).ravel(), minlength=3 * 256)
-
-
-def correlation(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Keep frames whose normalised correlation with the last that was kept is below a threshold,
-    lowered as long as there are k or more; of more, evenly spaced ones."""
-    grey = [cv2.resize(i, SIDE, interpolation=cv2.INTER_AREA) for i in grey_images(problem)]
-    # above 1 every frame is kept
-    rows = kept(grey, just_enough(lambda threshold: len(kept(grey, threshold)), -2.0, 2.0, k))
-    return problem.observed[rows[evenly(len(rows), k)]]
-
-
-def kept(grey: list[np.ndarray], threshold: float) -> np.ndarray:
-    """Return the rows of images that correlate less than that with the last that was kept."""
-    rows = [0]
-    for row in range(1, len(grey)):
-        if cv2.matchTemplate(grey[row], grey[rows[-1]], cv2.TM_CCOEFF_NORMED)[0, 0] < threshold:
-            rows.append(row)
-    return np.array(rows)
-
-
-def equal_drifts(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick the frames nearest to equal steps of the drift of tracked keypoints that sums up in
-    capture order, as keyframes of VidMap are spaced."""
-    path = np.append(0, np.cumsum([drift(*pair) for pair in pairwise(grey_images(problem))]))
-    picks: list[int] = []
-    for at, goal in enumerate(np.linspace(0, path[-1], k)):
-        rows = np.arange(picks[-1] + 1 if picks else 0, len(path) - (k - 1 - at))
-        picks.append(int(rows[np.argmin(np.abs(path[rows] - goal))]))
-    return problem.observed[picks]
-
-
-def drift(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the median motion of the keypoints of an (h, w) grey image, as a share of its side.
-
-    They are corners (Shi and Tomasi 1994), followed by pyramidal Lucas-Kanade.
-    """
-    points = cv2.goodFeaturesToTrack(first, KEYPOINTS, QUALITY, APART)
-    if points is None:
-        return LOST
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(first, second, points, None)
-    motion = np.linalg.norm((moved - points)[:, 0], axis=1) / max(first.shape)
-    return float(np.median(np.where(found[:, 0] == 1, np.minimum(motion, LOST), LOST)))
 
 
 def alicevision(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -183,14 +123,9 @@ def motion(image: np.ndarray, previous: np.ndarray) -> float:
     return round(float(np.median(np.linalg.norm(means, axis=2))), DIGITS)
 
 
-def farthest_appearance(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Start with the frame that all others resemble most, then the least like those picked: the
-    query frames of VGGSfM and VGGT."""
-    return problem.observed[farthest(problem.descriptors[problem.observed], k)]
-
-
 def farthest(descriptors: np.ndarray, k: int) -> np.ndarray:
-    """Return (k,) rows of (n, d) unit descriptors; their distance grows as the cosine falls."""
+    """Return (k,) rows of (n, d) unit descriptors: that which all others resemble most, then the
+    least like those before it, as VGGSfM and VGGT choose frames to begin with."""
     described = np.asarray(descriptors, np.float64)
     central = int(np.argmax(np.einsum("nd,d->n", described, described.sum(axis=0))))
     return farthest_views(np.arange(len(described)), described, k, central).astype(np.int64)
@@ -201,12 +136,5 @@ def _method(name: str, label: str, select, reads: str = "images") -> Method:
 
 
 BEST_N = _method("best_n", "Sharp-frames best-N", best_n, "sharpness")
-LICHTFELD = _method("lichtfeld", "LichtFeld Studio", lichtfeld)
 ALICEVISION = _method("alicevision", "AliceVision smart", alicevision)
 THUMBNAIL = _method("thumbnail", "ffmpeg thumbnail", thumbnail)
-CORRELATION = _method("correlation", "Correlation", correlation)
-DRIFT = _method("drift", "Keypoint drift", equal_drifts)
-FARTHEST_APPEARANCE = replace(
-    _method("farthest_appearance", "Farthest appearance", farthest_appearance, "appearance"),
-    nested=True,
-)
