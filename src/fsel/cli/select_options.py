@@ -76,8 +76,8 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--weights", type=Path, metavar="FILE", help=text)
     text = (
         "time to validate candidate selections on the capture's own frames, or on the images of "
-        "--targets that are frames (default: 10s with only -k or such targets); 0 uses the rule "
-        "alone"
+        "--targets that are frames (default: 10s with only -k, 1m with such targets); 0 uses the "
+        "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)
     for name, text in (("always", "to pick first"), ("never", "never to pick, despite --always")):

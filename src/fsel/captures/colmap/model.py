@@ -207,9 +207,8 @@ def enlarge(model: pycolmap.Reconstruction, sizes: Callable[[str], Size]) -> Non
         size, before = sizes(image.name), reduced[image.camera_id]
         if size != before:
             model.cameras[image.camera_id].rescale(*size)
-            scale = np.divide(size, before)
             for seen in image.points2D:
-                seen.xy *= scale
+                seen.xy *= np.divide(size, before)
     model.update_point_3d_errors()
 
 

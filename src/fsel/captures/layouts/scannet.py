@@ -39,7 +39,8 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
         )
     stems = sorted(files, key=int)
     poses = {stem: read_matrix(root / "pose" / f"{stem}.txt") for stem in stems}
-    kept = [stem for stem in stems if _tracked(poses[stem])]
+    turns = {stem: pose[:3, :3] for stem, pose in poses.items() if np.isfinite(pose).all()}
+    kept = [stem for stem, turn in turns.items() if abs(np.linalg.det(turn) - 1) < ORTHONORMAL]
     if not kept:
         raise ValueError(f"{root / 'pose'}: no frame has a finite pose")
     k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
@@ -56,11 +57,6 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
         mask_values=(instance, instance) if instance is not None else (1, 255),
         dropped=dict.fromkeys(sorted(poses.keys() - set(kept)), "tracking lost"),
     )
-
-
-def _tracked(pose: np.ndarray) -> bool:
-    """Return whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
-    return bool(np.isfinite(pose).all()) and abs(np.linalg.det(pose[:3, :3]) - 1) < ORTHONORMAL
 
 
 def _masks(folder: Path, stems: list[str]) -> list[Path]:
