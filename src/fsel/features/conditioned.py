@@ -110,16 +110,14 @@ def visibility(
     views at (O,) depths, world units; `two` as of `Visibility`."""
     angle = ANGLE_OF_TWO if two else ANGLE
     points = view_points(views, depth)
-    nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
+    nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T.copy()
     seen = np.zeros((*nearest.shape, points.shape[1]), distance.dtype)
     for view, rows in enumerate(nearest):  # arrays of all views would not fit the processor's cache
         inside = in_image(frames, rows, views.centers[view], points[view])
         place, point = np.nonzero(inside)
-        to_frame = directions(
-            frames.centers.take(rows[place], axis=0), points[view].take(point, axis=0)
-        )
+        here, there = frames.centers.take(rows[place], axis=0), points[view].take(point, axis=0)
         to_view = directions(views.centers[view], points[view]).take(point, axis=0)
-        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
+        seen[view][inside] = np.exp(-viewing_angles(directions(here, there), to_view) / angle)
     return Visibility(nearest, seen, two)
 
 

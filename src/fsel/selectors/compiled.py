@@ -88,9 +88,9 @@ def run_linear(k, fixed, coefficients, rows, picks, scores):
     """
     n = len(fixed)
     raw, memory = begin(rows)
-    selectable, total = np.ones(n, np.bool_), np.empty(n)
+    selectable = np.ones(n, np.bool_)
     for step in range(k):
-        total[:] = fixed
+        total = fixed.copy()
         for c in range(FOLLOWING):
             if coefficients[c] != 0:
                 mean, factor = _scale(raw[c], selectable) if c != GAIN else (0.0, 1.0)
@@ -180,7 +180,9 @@ def _exact_score(static, inputs, wide):
 @exact
 def _best_row(rows, approximate, static, inputs, wide):
     """The best of some rows and its float64 score, the lowest of equals."""
-    top = rows[np.argmax(approximate[rows])]
+    top = rows[0]
+    for i in rows:
+        top = i if approximate[i] > approximate[top] else top
     best = top
     best_score, magnitude = _exact_score(static[top], inputs[top], wide)
     limit = approximate[top] - ROUNDING * magnitude

@@ -77,7 +77,8 @@ def update(row, selectable, rows, memory, raw):
     _look(rows.visible, row, memory)
     _gain(rows, memory, raw[GAIN])
     if count > rows.decay_start:
-        raw[GAIN] *= rows.decay_start / count
+        for i in range(len(selectable)):
+            raw[GAIN, i] *= rows.decay_start / count
 
 
 @exact
@@ -166,11 +167,12 @@ def _look(visible, row, memory):
         for m in range(nearest.shape[1]):
             if nearest[o, m] == row:
                 first, second = memory.sights[0][o], memory.sights[1][o]
-                if two:
-                    second[:] = np.maximum(second, np.minimum(first, seen[o, m]))
-                    first[:] = np.maximum(first, seen[o, m])
-                else:
-                    first += seen[o, m]
+                for q in range(len(first)):
+                    if two:
+                        second[q] = max(second[q], min(first[q], seen[o, m, q]))
+                        first[q] = max(first[q], seen[o, m, q])
+                    else:
+                        first[q] += seen[o, m, q]
                 _visibility_gains(visible, o, memory)
 
 

@@ -80,8 +80,7 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
     picks, scores = np.empty(k, np.int64), np.empty(k)
     if isinstance(scorer, Linear):
         fixed = scorer.scores(prepared.static)
-        following = scorer.vector[FOLLOWING_INPUTS]
-        loop().run_linear(k, fixed, following, prepared.rows, picks, scores)
+        loop().run_linear(k, fixed, scorer.vector[FOLLOWING_INPUTS], prepared.rows, picks, scores)
     else:
         assert isinstance(scorer, Network)
         static, weights = prepared.static, scorer.weights
