@@ -136,15 +136,15 @@ def test_a_model_is_the_same_each_time_and_in_any_order_but_not_for_another_seed
 def test_any_number_of_threads_gives_the_same_bytes(name, settings, least, monkeypatch):
     large, made, losses = wall(size=(96, 72)), [], []
     masked = replace(large, masks=np.arange(96) > np.full((8, 72, 1), 20))
-    for count in (1, 2, 3, 4):
+    for count in (1, 2, 3):
         monkeypatch.setenv(THREADS, str(count))
         given = [lambda *step: losses.append(step)] if name == "gaussians" else []
         model = RECONSTRUCTORS[name](masked, **settings).fit(np.arange(6), *given)
         parts = model.render(large.view([7])), *vars(getattr(model, "grid", model)).values()
         made.append([part.tobytes() for part in parts if isinstance(part, np.ndarray)])
     assert model.primitives > least
-    assert made == made[:1] * 4
-    assert len(set(losses)) == len(losses) / 4
+    assert made == made[:1] * 3
+    assert len(set(losses)) == len(losses) / 3
 
 
 @pytest.mark.parametrize(("name", "settings"), LEARNING)

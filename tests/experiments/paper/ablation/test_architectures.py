@@ -172,7 +172,7 @@ def cost(net, given):
 
 @pytest.mark.parametrize("name", {SCORERS[name]["module"]: name for name in SCORERS}.values())
 def test_it_learns_a_rule_from_a_few_examples(name):
-    data = [(toy(seed), 1.0) for seed in range(30)]
+    data = [(toy(seed), 1.0) for seed in range(20)]
     held = [(toy(seed), 1.0) for seed in range(40, 50)]
     net = network(name)
     before, _ = mean_cost(net, held, cost)
