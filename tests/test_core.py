@@ -41,7 +41,7 @@ assert not slow, f"{slow} take longer to import than the command"
 Console.silent = False  # bars are shown at terminals alone, and need tqdm
 for line in [
     "select ring -k 6 -o chosen --targets every:8 --patience 0",
-    "select ring -k 5 --patience 5s --link -o tried",
+    "select ring -k 5 --patience 1s --link -o tried",
     "select ring -k auto -o few --vram 8GB --trainer gsplat --patience 0",
     "info ring --json",
     "compare ring -k 4 --methods fsel,nearest,dpp --steps 3 --long-side 48 -o compared",

@@ -23,8 +23,8 @@ from fsel.captures.poses import sfm
 from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
 
-SIZE = (320, 240)
-K = np.array([[300.0, 0, 160], [0, 300.0, 120], [0, 0, 1]])
+SIZE = (240, 180)
+K = np.array([[225.0, 0, 120], [0, 225.0, 90], [0, 0, 1]])
 PLANES = ((0.0, 6.0, 9.0), (-1.6, 4.0, 2.2), (1.7, 4.8, 2.2))  # centre x, depth, extent
 
 
@@ -68,7 +68,7 @@ def write_posed(folder, truth):
         {"file_path": f"images/{name}", "transform_matrix": opengl(pose).tolist()}
         for name, pose in zip(names, truth, strict=True)
     ]
-    content = {"w": 320, "h": 240, "fl_x": 300, "fl_y": 300, "cx": 160.5, "cy": 120.5}
+    content = {"w": 240, "h": 180, "fl_x": 225, "fl_y": 225, "cx": 120.5, "cy": 90.5}
     (folder / "transforms.json").write_text(json.dumps(content | {"frames": frames}))
 
 
@@ -125,7 +125,7 @@ def test_a_gpu_is_used_where_pycolmap_and_the_machine_have_one(monkeypatch):
 def test_poses_are_found_from_images_alone(tmp_path):
     truth = poses(7)
     image_files.write(render(truth), tmp_path / "images", [f"{i}.png" for i in range(7)])
-    flat = np.full((1, 240, 320, 3), 99, np.uint8)
+    flat = np.full((1, 180, 240, 3), 99, np.uint8)
     image_files.write(flat, tmp_path / "images", ["7.png"])
     found = read_folder(tmp_path, poses="colmap", long_side=64)
     assert found.dropped == {"7.png": "not placed by COLMAP"}
@@ -169,9 +169,8 @@ def write_estimate(folder, truth, kept):
     """A COLMAP model as an estimator exports it: half the size, a camera an image, no rigs."""
     model = pycolmap.Reconstruction()
     for i in kept:
-        camera = pycolmap.Camera(
-            model="PINHOLE", width=160, height=120, params=[150, 150, 80.25, 60.25], camera_id=i + 1
-        )
+        half = {"width": 120, "height": 90, "params": [112.5, 112.5, 60.25, 45.25]}
+        camera = pycolmap.Camera(model="PINHOLE", camera_id=i + 1, **half)
         model.add_camera_with_trivial_rig(camera)
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(truth[i, :, :3]), truth[i, :, 3])
         image = pycolmap.Image(image_id=i + 1, name=f"{i}.png", camera_id=i + 1)
@@ -187,10 +186,10 @@ def test_poses_of_another_estimator(tmp_path):
     shutil.rmtree(tmp_path / "images")
     image_files.write(render(truth), tmp_path / "images", [f"{i}.png" for i in range(10)])
     write_estimate(tmp_path / "vggt" / "sparse", truth, [0, 1, 2, 4, 6, 9])
-    found = read_folder(tmp_path, poses="file", model="vggt/sparse", long_side=320)
+    found = read_folder(tmp_path, poses="file", model="vggt/sparse", long_side=240)
     assert found.capture.names == ("0.png", "1.png", "2.png", "4.png", "6.png", "9.png")
     np.testing.assert_allclose(found.capture.world_to_camera, truth[[0, 1, 2, 4, 6, 9]], atol=1e-9)
-    np.testing.assert_allclose(found.capture.intrinsics[0], [300, 300, 160.5, 120.5])
+    np.testing.assert_allclose(found.capture.intrinsics[0], [225, 225, 120.5, 90.5])
     assert set(found.dropped.values()) == {"not in vggt/sparse"}
     assert found.agreement.kind == "epipolar"
     assert found.agreement.median < 1

@@ -27,7 +27,7 @@ def shots():
     """Ten views of textured planes, and one of nothing."""
     from test_sfm import poses, render
 
-    return [*render(poses()), np.full((240, 320, 3), 99, np.uint8)]
+    return [*render(poses()), np.full((180, 240, 3), 99, np.uint8)]
 
 
 def write_heic(path, image):
@@ -220,7 +220,7 @@ def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_pa
     one, two = tmp_path / "walk.avi", tmp_path / "other" / "walk.avi"
     two.parent.mkdir()
     write_video(one, shots[:6], rate=5)
-    write_video(two, [shot[40:] for shot in shots[3:8]], rate=5)
+    write_video(two, [shot[30:] for shot in shots[3:8]], rate=5)
     (tmp_path / "photos").mkdir()
     for i in (7, 8, 9):
         write_heic(tmp_path / "photos" / f"IMG_{i}.HEIC", shots[i])
@@ -233,7 +233,7 @@ def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_pa
     assert record_of(out)["capture"]["beside"] == [str(two), str(tmp_path / "photos")]
     model = pycolmap.Reconstruction(str(out / "train" / "sparse" / "0"))
     cameras = {image.name.partition("/")[0]: image.camera for image in model.images.values()}
-    assert (cameras["walk"].height, cameras["walk-2"].height) == (240, 200)
+    assert (cameras["walk"].height, cameras["walk-2"].height) == (180, 150)
     assert len({camera.camera_id for camera in cameras.values()}) == 3
     for name in names:
         shown = image_files.load(out / "train" / "images" / name)
@@ -257,10 +257,10 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
     turned = json.loads((out / "poses.json").read_text())["turned"]
     assert turned == ["1.jpg", "2.jpg", "3.jpg", "5.jpg", "6.jpg", "7.jpg"]
     model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
-    assert [(c.width, c.height) for c in model.cameras.values()] == [(320, 240)]
+    assert [(c.width, c.height) for c in model.cameras.values()] == [(240, 180)]
     for shot, name in zip(shots, names, strict=False):
         found = cv2.imread(str(out / "images" / name))[..., ::-1]  # applies EXIF
-        assert found.shape == (240, 320, 3)
+        assert found.shape == (180, 240, 3)
         assert np.abs(found.astype(int) - shot).mean() < 12  # 40 and more where turned otherwise
         np.testing.assert_array_equal(image_files.load(out / "images" / name), found)
     poses = {image.name: image.cam_from_world().rotation for image in model.images.values()}
