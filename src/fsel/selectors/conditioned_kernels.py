@@ -167,12 +167,10 @@ def _look(visible, row, memory):
         for m in range(nearest.shape[1]):
             if nearest[o, m] == row:
                 first, second = memory.sights[0][o], memory.sights[1][o]
-                for q in range(len(first)):
+                for q, sight in enumerate(seen[o, m]):
                     if two:
-                        second[q] = max(second[q], min(first[q], seen[o, m, q]))
-                        first[q] = max(first[q], seen[o, m, q])
-                    else:
-                        first[q] += seen[o, m, q]
+                        second[q] = max(second[q], min(first[q], sight))
+                    first[q] = max(first[q], sight) if two else first[q] + sight
                 _visibility_gains(visible, o, memory)
 
 

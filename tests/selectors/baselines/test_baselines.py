@@ -32,11 +32,7 @@ with_and_without_points = pytest.mark.parametrize("points", [True, False])
 BY_ORDER = (
     *("uniform", "sharpest", "all"),  # follow the order of frames by definition
     *("best_n", "alicevision", "thumbnail"),
-    *(
-        "fisher_rf",
-        "cover",
-        "warp_rf",
-    ),  # noise gives no splats: all is a tie; see test_splat_views.py
+    *("fisher_rf", "cover", "warp_rf"),  # ties, as noise gives no splats; see test_splat_views.py
 )
 
 
