@@ -205,8 +205,8 @@ class SuccessiveHalving:
         gain by it; name what comes of it, and say whether time was up."""
         picks, fitted = self._picks[kept], self._scores[kept]["gaussians"][:2]
         fitted += [self._score(picks, seed) for seed in range(len(fitted), 2)]
-        now, over, rng = picks, len(self._near) <= len(picks), np.random.default_rng(0)
-        for left in reversed(range(rounds)):
+        now, over, rng = picks, False, np.random.default_rng(0)
+        for left in reversed(range(rounds if len(self._near) > len(picks) else 0)):
             if over:
                 break
             gone, come = np.setdiff1d(now, self._fixed), np.setdiff1d(self._near, now)
