@@ -39,8 +39,8 @@ each. PSNR over that of the frames nearest to the targets, each target in turn. 
 the rule (`--patience 0`); "tried" is `fsel select --targets`, which looks at the targets' images:
 small `gaussians` judge five selections on them, and 96 exchanges of single picks. Candidates and
 margin were chosen on caliterra, flowerpot, fox, helmet, miku and South Building, the rule on 14
-captures with other targets.
-Intervals are 95 % by Student's t over captures, beside a bootstrap and a sign test.
+captures with other targets. Intervals are 95 % by Student's t over captures, beside a bootstrap and
+a sign test.
 """
 SHARES = {
     "every": "One frame in eight is a target, from frame 3 on",
