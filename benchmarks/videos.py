@@ -32,6 +32,7 @@ from fsel.core.wording import counted
 from fsel.selection.halving import halving_of
 from fsel.selection.request import SelectionRequest, checked_request
 from fsel.selection.select import select_frames
+from fsel.selectors.baselines.by_pose import in_turn
 
 HOME = Path(os.environ.get("FSEL_VIDEOS", "../shared/videos"))
 PAGE = Path(__file__).parents[1] / "docs/results/videos.md"
@@ -56,11 +57,8 @@ for a third of the time. Frames (blurred): {frames}.
 
 def even_in_time(seconds: np.ndarray, k: int) -> np.ndarray:
     """(k,) ascending rows of (n,) seconds nearest to k times from the first to the last."""
-    rows: list[int] = []
-    for time in np.linspace(seconds[0], seconds[-1], k):
-        free = np.setdiff1d(np.arange(len(seconds)), rows)
-        rows.append(int(free[np.argmin(np.abs(seconds[free] - time))]))
-    return np.sort(rows)
+    times = np.linspace(seconds[0], seconds[-1], k)
+    return np.sort(in_turn(np.abs(seconds[:, None] - times), k))
 
 
 def picks_of(method: str, part: LazyCapture, seconds: np.ndarray, k: int) -> np.ndarray:

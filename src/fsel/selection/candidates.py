@@ -56,12 +56,7 @@ def uniform(problem: Problem, k: int) -> np.ndarray:
     usual = np.median(steps[steps > 0]) if (steps > 0).any() else 1.0
     steps = np.where(steps > 0, np.minimum(steps, LONGEST * usual), usual)  # from video to video
     clock = np.concatenate([[0.0], np.cumsum(steps)])
-    apart = np.abs(clock[pool] - np.linspace(0, clock[-1], k)[:, None])
-    rows: list[int] = []
-    for row in apart:
-        row[rows] = np.inf
-        rows.append(int(row.argmin()))
-    return np.sort(rows)
+    return np.sort(in_turn(np.abs(clock[pool][:, None] - np.linspace(0, clock[-1], k)), k))
 
 
 def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:

@@ -21,7 +21,7 @@ from scipy.special import stdtrit
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly, subset_key
 from fsel.core.threads import side_by_side
-from fsel.selection.candidates import EVEN, RULE, candidates, serving, uniform, with_fixed
+from fsel.selection.candidates import EVEN, RULE, candidates, serving, with_fixed
 from fsel.selection.small_fits import Scorer, small_fits
 from fsel.selection.validation import (
     STATED,
@@ -82,7 +82,8 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     if k < LEAST_PICKS or spare < acceptance.validation:
         return None
     if problem.targets_unknown:
-        tried = {EVEN: pool[uniform(problem, k)], RULE: rule} | candidates(problem, k)
+        simple = candidates(problem, k)
+        tried = {EVEN: simple[EVEN], RULE: rule} | simple
     else:
         tried = {RULE: rule} | serving(problem, rule, targets)
     names: dict[tuple[int, ...], str] = {}
@@ -93,8 +94,7 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     validation = validation[evenly(len(validation), VALIDATION)]
     near = NONE if problem.targets_unknown else near_targets(problem, k)
     score = small_fits(problem.capture, validation, [*picks.values(), near])
-    exchanged = near, problem.fixed_picks
-    return SuccessiveHalving(score, picks, validation, acceptance, *exchanged)
+    return SuccessiveHalving(score, picks, validation, acceptance, near, problem.fixed_picks)
 
 
 def near_targets(problem: Problem, k: int) -> np.ndarray:

@@ -39,6 +39,7 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
         )
     stems = sorted(files, key=int)
     poses = {stem: read_matrix(root / "pose" / f"{stem}.txt") for stem in stems}
+    # lost ones are -inf, some NaN
     turns = {stem: pose[:3, :3] for stem, pose in poses.items() if np.isfinite(pose).all()}
     kept = [stem for stem, turn in turns.items() if abs(np.linalg.det(turn) - 1) < ORTHONORMAL]
     if not kept:

@@ -49,7 +49,8 @@ def place(
     mapped, raw = _placed(sources, taken, whole, work, say)
     mapped = _mended(sources, taken, whole, work, mapped)
     model, jumps = mapped.model, _jumps(sources, taken, mapped.model)
-    enlarge(model, lambda name: size_of(whole / IMAGES / name))
+    if work.by is None:  # programs see the frames as they are
+        enlarge(model, lambda name: size_of(whole / IMAGES / name))
     poses = [image.cam_from_world().matrix() for image in model.images.values()]
     turn = pycolmap.Rotation3d(upright(np.array(poses)))  # of a world that COLMAP chose
     model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
