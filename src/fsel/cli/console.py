@@ -18,6 +18,7 @@ STANDARD_OUTPUT = "standard output"  # in the place of a file's name
 PATIENCE = 2.0  # seconds before a bar is shown
 COMPILING = 3.0  # seconds of compiling before the first line; the next at four times as many
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
+FEW = 10  # steps that differ too much to say how long those left take
 
 
 @dataclass(frozen=True)
@@ -114,8 +115,8 @@ class _Report:
     def __call__(self, made: int, count: int) -> None:
         if (now := time.monotonic()) - self.said >= EVERY:
             self.said, left = now, in_minutes((now - self.began) * (count - made) / made)
-            said = f"fsel: {self.label}: {made} of {count}, {left} left"
-            print(said, file=sys.stderr, flush=True)
+            ends = f", {left} left" if count > FEW else ""
+            print(f"fsel: {self.label}: {made} of {count}{ends}", file=sys.stderr, flush=True)
 
     def loop(self, items: Iterable, count: int) -> Iterator:
         """Yield the items of a loop."""
