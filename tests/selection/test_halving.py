@@ -190,6 +190,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring, q
     assert rule.tried is None
     assert fsel.select(capture, 5, patience=0).names == rule.names
     assert fsel.select(capture, 5, "every:4", patience=0).tried is None
+    assert [fsel.select(capture, k, "every:4").tried.seconds for k in (6, 7)] == [60, 10]
     assert fsel.select(capture, 5, "orbit").tried is None
     assert fsel.select(capture, fsel.Auto(memory=7 * 32 * 32 * 24)).tried is not None
     assert set(fsel.select(capture, 5, always=[1, 2]).indices) >= {1, 2}

@@ -76,7 +76,7 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--weights", type=Path, metavar="FILE", help=text)
     text = (
         "time to validate candidate selections on the capture's own frames, or on the images of "
-        "--targets that are frames (default: 10s with only -k, 1m with such targets); 0 uses the "
+        "--targets that are frames (default: 10s, or 1m with at least K such targets); 0 uses the "
         "rule alone"
     )
     group.add_argument("--patience", type=duration, metavar="TIME", help=text)

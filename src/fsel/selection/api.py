@@ -75,7 +75,7 @@ def select(
         weights: file of a scorer that the workflow trained, in place of one in the package.
         patience: seconds for validating selections on the capture's own frames, or on the images
             of targets that are frames, see `fsel.selection.halving`; 0 for the rule alone. None:
-            ten, of such targets sixty, or 0 with a `method`, `focus` or other targets.
+            ten, or sixty with at least k such targets; 0 with a `method`, `focus` or other targets.
             `fsel.TimeBudget` also reports progress and can stop it.
         sharpness: (N,) of every frame, or what measures it of some; else measured on the images.
         focus: an object that targets must see: a folder of masks, the six numbers of a box, or a

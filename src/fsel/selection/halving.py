@@ -6,8 +6,8 @@ by small `gaussians` too. Another one replaces uniform sampling where both recon
 ahead by 0.2 dB and not behind in SSIM, and their mean by 0.5 dB and beyond chance.
 
 With targets that are frames, their own images can score instead: another selection replaces the
-rule's where `gaussians` put it ahead by 0.2 dB, and picks of it are exchanged as long as there is
-time. Gains: docs/results/captures_unknown.md, docs/results/captures_known.md.
+rule's where `gaussians` put it ahead by 0.2 dB, and picks that are no more than the targets are
+exchanged as long as there is time. Gains: docs/results/captures_unknown.md and captures_known.md.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ def validated(
     halving = halving_of(problem, rule, targets) if patience.seconds else None
     if halving is None:
         return None
-    most = MOST_SHARES if problem.targets_unknown else KNOWN_SHARES
+    exchanged = len(halving.near) > len(rule)
+    most = KNOWN_SHARES if exchanged else MOST_SHARES
     share = max(1, round(min(patience.seconds / SHARE_SECONDS, most)))
     left = patience.seconds - most * SHARE_SECONDS
-    rounds = 0 if problem.targets_unknown else max(0, round(left / ROUND_SECONDS))
-    return halving.run(share, patience, rounds)
+    return halving.run(share, patience, max(0, round(left / ROUND_SECONDS)) if exchanged else 0)
 
 
 def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> SuccessiveHalving | None:
@@ -92,7 +92,7 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     picks = {name: np.array(key) for key, name in names.items()}
     validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]
-    near = NONE if problem.targets_unknown else near_targets(problem, k)
+    near = NONE if k > len(targets) else near_targets(problem, k)
     score = small_fits(problem.capture, validation, [*picks.values(), near])
     return SuccessiveHalving(score, picks, validation, acceptance, near, problem.fixed_picks)
 
@@ -120,7 +120,7 @@ class SuccessiveHalving:
         fixed: np.ndarray = NONE,
     ) -> None:
         self._score, self._picks, self._validation = score, dict(picks), validation
-        self._rule, self._near, self._fixed, self._others = rule, near, fixed, 0
+        self._rule, self.near, self._fixed, self._others = rule, near, fixed, 0
         self._scores: dict[str, dict[str, list[np.ndarray]]] = {
             name: {"splats": [], "gaussians": []} for name in picks
         }
@@ -206,10 +206,10 @@ class SuccessiveHalving:
         picks, fitted = self._picks[kept], self._scores[kept]["gaussians"][:2]
         fitted += [self._score(picks, seed) for seed in range(len(fitted), 2)]
         now, over, rng = picks, False, np.random.default_rng(0)
-        for left in reversed(range(rounds if len(self._near) > len(picks) else 0)):
+        for left in reversed(range(rounds)):
             if over:
                 break
-            gone, come = np.setdiff1d(now, self._fixed), np.setdiff1d(self._near, now)
+            gone, come = np.setdiff1d(now, self._fixed), np.setdiff1d(self.near, now)
             pairs = zip(rng.choice(gone, ROUND), rng.choice(come, ROUND), strict=True)
             tried = [np.sort(np.append(now[now != out], new)) for out, new in pairs]
             first = list(side_by_side(lambda frames: self._score(frames, 0), tried))

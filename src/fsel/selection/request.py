@@ -189,8 +189,9 @@ def _time_budget(checked: CheckedRequest) -> TimeBudget:
     beside = _stated_beside(checked)
     if stated is None:
         named = not (request.method is None and request.weights is None)
-        seconds = KNOWN if len(checked.targets.frames) else DEFAULT
-        return TimeBudget(0 if named or beside or not request.pictured else seconds)
+        few = isinstance(checked.k, int) and checked.k <= len(checked.targets.frames)
+        plain = named or beside or not request.pictured
+        return TimeBudget(0 if plain else KNOWN if few else DEFAULT)
     patience = stated if isinstance(stated, TimeBudget) else TimeBudget(stated)
     if not patience.seconds:
         return patience

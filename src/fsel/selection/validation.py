@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.core.wording import check_type
 
-DEFAULT, KNOWN = 10.0, 60.0  # seconds, where nobody says what will be rendered, and of targets
+DEFAULT, KNOWN = 10.0, 60.0  # seconds, the latter of no more picks than targets
 CEILING = 6.0  # times the patience after which planned reconstructions are left out
 LEAST_TARGETS = 3  # of which there are images
 LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
