@@ -4,6 +4,7 @@ What is compiled here is what the jobs of the workflow run, so that the tests th
 runs of the workflow in this checkout, find it; `tools/processors.py` compiles for other processors.
 """
 
+import gc
 import os
 
 import pytest
@@ -16,6 +17,12 @@ for name, value in pinned().items():
 # each worker of pytest has one core: two that share two cores wait for each other's threads, and
 # torch is ten times as slow
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+gc.disable()  # what is imported stays: a fifth of the time of collecting would look at it
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture
