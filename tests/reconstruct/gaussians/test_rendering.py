@@ -11,6 +11,7 @@ from fsel.reconstruct.gaussians import parameters, projection, tiles
 from fsel.reconstruct.gaussians.parameters import width_of
 from fsel.reconstruct.gaussians.render import Canvas, camera_of
 
+F = np.float32
 FRONT = np.eye(3, 4)
 INTRINSICS = np.array([10.0, 10.0, 8.5, 8.5])
 SIZE = (17, 17)
@@ -29,18 +30,17 @@ def gaussian(z=2.0, x=0.0, sigma=0.2, opacity=0.5, rgb=(0.5, 0.5, 0.5)):
     return row
 
 
-def draw(*rows, background=GREY, dtype=np.float64, size=SIZE):
+def draw(*rows, background=GREY, size=SIZE):
     """(h, w, 3) image and (h, w) light that passes, of a camera at the origin."""
-    table = np.array(rows, dtype)
-    canvas = Canvas(len(rows), size, background, dtype)
+    table = np.array(rows, F)
+    canvas = Canvas(len(rows), size, background)
     camera = camera_of(FRONT, INTRINSICS, size, 0.01)
-    canvas.draw(table, 0, np.ones(len(rows), dtype), camera)
+    canvas.draw(table, 0, np.ones(len(rows), F), camera)
     return canvas.image.transpose(1, 2, 0), canvas.rest
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_one_gaussian_by_hand(dtype):
-    image, rest = draw(gaussian(rgb=(0.9, 0.2, 0.0)), dtype=dtype)
+def test_one_gaussian_by_hand():
+    image, rest = draw(gaussian(rgb=(0.9, 0.2, 0.0)))
     # variance 1 + 0.3 pixels^2; its middle is the centre of pixel 8, at (8.5, 8.5)
     for dx, dy in [(0, 0), (1, 0), (0, -2), (2, 1)]:
         alpha = 0.5 * math.exp(-0.5 * (dx**2 + dy**2) / 1.3)
@@ -66,29 +66,29 @@ def test_two_gaussians_are_composited_by_depth_in_any_order(order):
     rows = [gaussian(2.0, opacity=0.5, rgb=(1, 0, 0)), gaussian(4.0, opacity=0.8, rgb=(0, 1, 0))]
     image, rest = draw(*(rows[i] for i in order))
     expected = 0.5 * np.array([1, 0, 0]) + 0.5 * 0.8 * np.array([0, 1, 0]) + 0.5 * 0.2 * GREY
-    np.testing.assert_allclose(image[8, 8], expected, rtol=1e-12)
-    assert rest[8, 8] == pytest.approx(0.1, rel=1e-12)
+    np.testing.assert_allclose(image[8, 8], expected, rtol=2e-6)
+    assert rest[8, 8] == pytest.approx(0.1, rel=2e-6)
 
 
 def test_alpha_is_held_at_99_hundredths():
     _, rest = draw(gaussian(opacity=0.9999))
-    assert rest[8, 8] == pytest.approx(0.01, rel=1e-12)
+    assert rest[8, 8] == pytest.approx(0.01, rel=1e-5)
 
 
 def test_a_pixel_is_finished_before_its_light_falls_below_a_ten_thousandth():
     rows = [gaussian(z, opacity=0.985, rgb=c) for z, c in ((2, (1, 0, 0)), (3, (0, 1, 0)))]
     image, rest = draw(*rows, gaussian(4, opacity=0.985, rgb=(0, 0, 1)), gaussian(5, opacity=0.1))
     # 0.015^2 passes; the third would leave 3e-6, so neither it nor the faint fourth is added
-    assert rest[8, 8] == pytest.approx(0.015**2, rel=1e-9)
+    assert rest[8, 8] == pytest.approx(0.015**2, rel=3e-5)
     expected = [0.985, 0.985 * 0.015, 0] + 0.015**2 * GREY
-    np.testing.assert_allclose(image[8, 8], expected, rtol=1e-9)
+    np.testing.assert_allclose(image[8, 8], expected, rtol=3e-5)
 
 
 def test_nothing_is_drawn_of_what_is_behind_or_beside_or_has_no_opacity():
     rows = [gaussian(z=-2.0), gaussian(z=0.005), gaussian(x=50.0), gaussian(opacity=0.003)]
     image, rest = draw(*rows)
     assert (rest == 1).all()
-    np.testing.assert_array_equal(image, np.broadcast_to(GREY, image.shape))
+    np.testing.assert_array_equal(image, np.broadcast_to(F(GREY), image.shape))
 
 
 def test_published_constants_of_the_harmonics():
@@ -118,20 +118,19 @@ def test_the_harmonics_are_orthonormal_and_equal_the_twins():
     np.testing.assert_allclose(values, expected, atol=1e-12)
 
 
-@pytest.mark.parametrize(("dtype", "error"), [(np.float64, 1e-12), (np.float32, 3e-5)])
-def test_degree_three_renders_as_the_twin_does(dtype, error):
+def test_degree_three_renders_as_the_twin_does():
     rng = np.random.default_rng(3)
     table = rng.normal(0, 0.3, (60, width_of(3)))
     table[:, :3] = rng.uniform(-1, 1, (60, 3)) + [0, 0, 2.5]
     table[:, 3:6] -= 2
     table[:, 10] = rng.normal(0, 2, 60)
-    canvas = Canvas(60, SIZE, GREY, dtype)
+    canvas = Canvas(60, SIZE, GREY)
     camera = camera_of(FRONT, INTRINSICS, SIZE, 0.01)
-    canvas.draw(table.astype(dtype), 3, np.ones(60, dtype), camera)
+    canvas.draw(table.astype(F), 3, np.ones(60, F), camera)
     given = (torch.tensor(a) for a in (table, np.ones(60), FRONT, INTRINSICS, GREY))
     rows, factor, pose, k, background = given
     expected = twin.render(rows, 3, factor, pose, k, SIZE, 0.01, background).numpy()
-    np.testing.assert_allclose(canvas.image, expected, atol=error)
+    np.testing.assert_allclose(canvas.image, expected, atol=3e-5)
 
 
 def test_depths_are_sorted_stably():
@@ -144,7 +143,7 @@ def test_depths_are_sorted_stably():
 def test_every_tile_lists_the_gaussians_that_reach_its_pixels_nearest_first():
     rng = np.random.default_rng(1)
     width, height = 45, 30  # not multiples of a tile
-    rows = np.zeros((300, projection.COLUMNS))
+    rows = np.zeros((300, projection.COLUMNS), F)
     for row in rows:
         axes = np.exp(rng.normal(0.5, 1, 2))
         turn = rng.uniform(0, np.pi)

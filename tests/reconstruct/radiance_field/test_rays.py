@@ -8,15 +8,16 @@ import torch
 from fsel.reconstruct.radiance_field import passes, rays
 from fsel.reconstruct.radiance_field.grid import Grid
 
+F = np.float32
 SIDE = 41  # cells of 0.1
-ALONG_X = np.array([-0.95, 0.05, 0.05, 1.0, 0.0, 0.0])
-WHITE = np.ones(3)
+ALONG_X = np.array([-0.95, 0.05, 0.05, 1.0, 0.0, 0.0], F)
+WHITE = np.ones(3, F)
 
 
 def slabs(*given):
     """A field of slabs across x: (first cell, cells, density, raw colour) each."""
     cells = np.zeros((SIDE,) * 3, bool)
-    density, color = np.full((SIDE,) * 3, -9.0), np.zeros((SIDE,) * 3 + (4,))
+    density, color = np.full((SIDE,) * 3, F(-9)), np.zeros((SIDE,) * 3 + (4,), F)
     for first, count, sigma, raw in given:
         cells[first : first + count, :-1, :-1] = True
         density[first : first + count + 1] = np.log(sigma)
@@ -26,8 +27,9 @@ def slabs(*given):
 
 
 def seen(grid, ray, background):
-    out = np.empty((1, 3))
-    passes.render_rays(ray[None], 0.0, grid.shape, grid.field, 1, background, 0.0, out)
+    out = np.empty((1, 3), F)
+    given = grid.shape, grid.field, 1, background.astype(F), 0.0
+    passes.render_rays(ray[None], 0.0, *given, out)
     return out[0]
 
 
@@ -54,14 +56,14 @@ THICK, NEAR, FAR = 1 - np.exp([-1.5, -0.8, -0.6])  # opacities: Beer and Lambert
     ids=["a slab", "the front one hides", "empty space", "it starts behind", "opaque"],
 )
 def test_slabs_by_hand(given, start, background, wanted):
-    ray = np.array([start, *ALONG_X[1:]])
-    np.testing.assert_allclose(seen(slabs(*given), ray, background), wanted, rtol=1e-12)
+    ray = np.array([start, *ALONG_X[1:]], F)
+    np.testing.assert_allclose(seen(slabs(*given), ray, background), wanted, rtol=2e-6)
 
 
 def test_the_densest_matter_has_no_infinite_gradient():
     grid = slabs((15, 2, 1.0, np.zeros(3)))
     grid.density[:] = 1e4
-    given = ALONG_X[None], np.zeros((1, 3)), np.ones(1), 0.0, grid
+    given = ALONG_X[None], np.zeros((1, 3), F), np.ones(1, F), 0.0, grid
     assert all(np.isfinite(part).all() for part in gradients_of(*given, WHITE)[1])
 
 
@@ -71,7 +73,7 @@ def gradients_of(lines, truth, late, near, grid, background):
     given = lines, truth, late, near, grid.shape, grid.field, grid.harmonics, background, 0.0
     errors, ends = passes.loss_and_gradient(*given, len(lines), kept)
     count, width = grid.color.shape
-    gradients = np.zeros(count + 1), np.zeros((count + 1) * width)
+    gradients = np.zeros(count + 1, F), np.zeros((count + 1) * width, F)
     for part in ((0, count // 2), (count // 2, count)):
         rays.add_up(kept, ends, gradients, *part)
     return errors, (gradients[0][:-1], gradients[1][:-width])
@@ -87,11 +89,12 @@ def random_problem(count, seed=0):
     color = np.zeros((side**3, width))
     color[:, : 3 * count] = rng.normal(size=(side**3, 3 * count))
     density = rng.normal(-0.5, 0.7, side**3)
-    grid = Grid(side, cells.reshape(-1), np.arange(side**3, dtype=np.int32), density, color, count)
+    field = np.arange(side**3, dtype=np.int32), density.astype(F), color.astype(F)
     lines = rng.normal(size=(12, 6))
     lines[:, :3] *= 0.7  # some start outside the cube that is not contracted
     lines[:, 3:] /= np.linalg.norm(lines[:, 3:], axis=1, keepdims=True)
-    return grid, lines, rng.random((12, 3)), 1 - rng.random(12), rng.random(3)
+    given = lines, rng.random((12, 3)), 1 - rng.random(12), rng.random(3)
+    return Grid(side, cells.reshape(-1), *field, count), *(part.astype(F) for part in given)
 
 
 @pytest.mark.parametrize("count", [1, 4, 9])
@@ -99,8 +102,9 @@ def test_loss_and_gradient_equal_automatic_differentiation(count):
     grid, lines, truth, late, background = random_problem(count)
     errors, gradients = gradients_of(lines, truth, late, 0.05, grid, background)
     shape = (grid.side,) * 3
-    density = torch.tensor(grid.density.reshape(shape), requires_grad=True)
-    kept = grid.color[:, : 3 * count].reshape(*shape, count, 3)
+    lines, truth, late, background = (x.astype(float) for x in (lines, truth, late, background))
+    density = torch.tensor(grid.density.reshape(shape).astype(float), requires_grad=True)
+    kept = grid.color[:, : 3 * count].reshape(*shape, count, 3).astype(float)
     color = torch.tensor(kept, requires_grad=True)
     seen = [
         radiance_twin.colour_of(
@@ -110,7 +114,7 @@ def test_loss_and_gradient_equal_automatic_differentiation(count):
     ]
     slow = ((torch.stack(seen) - torch.tensor(truth)) ** 2).sum() / len(lines)
     slow.backward()
-    assert errors.mean() == pytest.approx(slow.item(), rel=1e-9)
+    assert errors.mean() == pytest.approx(slow.item(), rel=1e-6)
     found = gradients[0].reshape(shape), gradients[1].reshape(grid.color.shape)
     for got, wanted in (
         (found[0], density.grad.numpy()),
@@ -121,23 +125,18 @@ def test_loss_and_gradient_equal_automatic_differentiation(count):
     assert not found[1][:, 3 * count :].any()
 
 
-def test_float32_differs_from_float64_by_its_rounding_alone():
-    grid, lines, _, _, background = random_problem(4)
-    images = []
-    for kind in (np.float64, np.float32):
-        out = np.empty((len(lines), 3), kind)
-        field = grid.index, grid.density.astype(kind), grid.color.reshape(-1).astype(kind)
-        passes.render_rays(
-            lines.astype(kind), 0.05, grid.shape, field, 4, background.astype(kind), 0.0, out
-        )
-        images.append(out)
-    np.testing.assert_allclose(images[1], images[0], atol=1e-4)
+def test_images_have_samples_in_the_middle_of_their_steps():
+    grid, lines, truth, late, background = random_problem(4)
+    passes.render_rays(lines, 0.05, grid.shape, grid.field, 4, background, 0.0, out := truth * 0)
+    for share, same in ((late * 0 + F(0.5), True), (late, False)):
+        errors, _ = gradients_of(lines, out, share, 0.05, grid, background)
+        assert (errors.max() < 1e-10) == same
 
 
 def test_largest_weights_are_those_of_the_compositing():
     grid = slabs((15, 1, 4.0, np.zeros(3)), (24, 1, 2.0, np.zeros(3)))
     found = passes.largest_weights(ALONG_X[None], 0.0, grid.shape, grid.field).reshape((SIDE,) * 3)
     a, b = 1 - np.exp(-0.4), 1 - np.exp(-0.2)
-    assert found[15, 20, 20] == pytest.approx(a, rel=1e-12)
-    assert found[24, 20, 20] == pytest.approx((1 - a) * b, rel=1e-12)
+    assert found[15, 20, 20] == pytest.approx(a, rel=1e-5)
+    assert found[24, 20, 20] == pytest.approx((1 - a) * b, rel=1e-5)
     assert np.count_nonzero(found) == 2

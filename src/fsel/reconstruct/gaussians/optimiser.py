@@ -33,10 +33,10 @@ SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-
 class Rates:
     """Step sizes of a training of some length, over which the means' rate falls exponentially."""
 
-    def __init__(self, degree: int, steps: int, dtype=np.float32) -> None:
+    def __init__(self, degree: int, steps: int) -> None:
         self.steps = steps
         self.pace = max(1.0, math.sqrt(PUBLISHED_STEPS / max(steps, 1)))
-        self._others = np.ones(width_of(degree), dtype)
+        self._others = np.ones(width_of(degree), np.float32)
         self._others[SCALE], self._others[TURN] = RATES["scale"], RATES["turn"]
         self._others[COLOR : COLOR + 3] = RATES["color"]
         self._others[COLOR + 3 :] = RATES["harmonics"]

@@ -27,17 +27,17 @@ def camera_of(
 class Canvas:
     """Renders views of one (width, height) of tables of at most `most` Gaussians, in buffers.
 
-    `background` is the (3,) colour behind everything; `dtype` is float64 in tests alone.
+    `background` is the (3,) colour behind everything.
     """
 
-    def __init__(self, most: int, size: tuple[int, int], background, dtype=np.float32) -> None:
+    def __init__(self, most: int, size: tuple[int, int], background) -> None:
         self.width, self.height = size
-        self.background = np.asarray(background, dtype)
-        self.image = np.empty((3, self.height, self.width), dtype)
-        self.rest = np.empty((self.height, self.width), dtype)
-        self._rows = np.empty((most, projection.COLUMNS), dtype)
+        self.background = np.asarray(background, np.float32)
+        self.image = np.empty((3, self.height, self.width), np.float32)
+        self.rest = np.empty((self.height, self.width), np.float32)
+        self._rows = np.empty((most, projection.COLUMNS), np.float32)
         self._source = np.empty(most, np.int32)
-        self._parts = np.empty((0, rasterize.SUMS), dtype)  # sums of each Gaussian on each tile
+        self._parts = np.empty((0, rasterize.SUMS), np.float32)  # of each Gaussian on each tile
 
     def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: tuple):
         """Render an (n, c) table's Gaussians, their opacities times (n,) `factor`, into `image`,
