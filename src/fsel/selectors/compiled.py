@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import exact, inlined, reordered
+from fsel.core.compiled import exact, exact_part, inlined, reordered_part
 from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS, GAIN
 from fsel.features.static import FLAT
 from fsel.selectors.conditioned_kernels import begin, update
@@ -36,7 +36,7 @@ _P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10, _P11 = _P
 _FIVE, _HALF, _ONE, _SQUARE = (np.float32(v) for v in (5, 0.5, 1, 2 / 25))
 
 
-@exact
+@exact_part
 def _scale(column, selectable):
     """Mean of a column over the rows still selectable, and one over its deviation, 0 if flat."""
     total, scale, count = 0.0, 0.0, 0
@@ -65,7 +65,7 @@ def standardise_rows(raw, selectable, out):
             out[i, c] = (raw[c, i] - mean) * factor if selectable[i] else 0.0
 
 
-@exact
+@exact_part
 def _best_of(scores, selectable):
     """The row with the highest score of those not yet picked; ties go to the lowest."""
     best = -1
@@ -120,7 +120,7 @@ def _gelu(z):
     return _HALF * z * (_ONE + x * p)
 
 
-@reordered
+@reordered_part
 def _score_block(block, base, inputs, narrow, hidden, product, out):
     """Write float32 scores, less the last bias, of up to 64 rows."""
     first, second, second_bias, third = narrow
@@ -139,7 +139,7 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
         out[block[i]] = total
 
 
-@exact
+@exact_part
 def _approximate_scores(selectable, base, inputs, narrow, out):
     """Write (n,) float32 scores, less the last bias, of the rows not yet picked, given (n, 64)
     `base` of the first layer that no pick changes; return those rows."""
@@ -151,7 +151,7 @@ def _approximate_scores(selectable, base, inputs, narrow, out):
     return rows
 
 
-@exact
+@exact_part
 def _exact_score(static, inputs, wide):
     """One row's float64 score with the exact GELU, and the magnitude of its terms; (19,) `static`
     inputs and (5,) that follow the selection."""
@@ -177,7 +177,7 @@ def _exact_score(static, inputs, wide):
     return score, magnitude
 
 
-@exact
+@exact_part
 def _best_row(rows, approximate, static, inputs, wide):
     """The best of some rows and its float64 score, the lowest of equals."""
     top = rows[0]

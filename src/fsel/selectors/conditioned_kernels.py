@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.core.compiled import exact, reordered
+from fsel.core.compiled import exact, exact_part, reordered, reordered_part
 from fsel.core.geometry import SAME_AXIS
 from fsel.features.columns import D_MIN_S, FOLLOWING, GAIN, GAMMA_MIN_S, PHI_NOV, RHO_MAX_S, SPREAD
 from fsel.features.conditioned import BEST, ENOUGH, FEW, GROUP, NOVEL, POINTS, SECOND
@@ -81,7 +81,7 @@ def update(row, selectable, rows, memory, raw):
             raw[GAIN, i] *= rows.decay_start / count
 
 
-@exact
+@exact_part
 def _spread(points, row, count, ranked, inverse_sums, out):
     """Distance to the fourth nearest of few picks, or the inverse root of the summed inverse
     squares of many; see `fsel.features.conditioned`."""
@@ -102,7 +102,7 @@ def _spread(points, row, count, ranked, inverse_sums, out):
             out[i] = 1 / math.sqrt(inverse_sums[i])
 
 
-@exact
+@exact_part
 def _enough(selectable, out):
     """Bound a column by a multiple of its mean over the rows that are still selectable."""
     total, left = 0.0, 0
@@ -115,7 +115,7 @@ def _enough(selectable, out):
         out[i] = min(out[i], ceiling)
 
 
-@exact
+@exact_part
 def _nearest(points, row, squares, out):
     x, y, z = points[row, 0], points[row, 1], points[row, 2]
     for i in range(len(points)):
@@ -125,7 +125,7 @@ def _nearest(points, row, squares, out):
             out[i] = math.sqrt(gap)
 
 
-@exact
+@exact_part
 def _smallest_angle(vectors, row, squares, out):
     """2 atan2(|a - b|, |a + b|), taken only where the chord |a - b| has shrunk."""
     x, y, z = vectors[row, 0], vectors[row, 1], vectors[row, 2]
@@ -139,7 +139,7 @@ def _smallest_angle(vectors, row, squares, out):
             out[i] = 2 * math.atan2(chord, math.sqrt(total))
 
 
-@reordered
+@reordered_part
 def _likest(descriptors, row, first, out):
     for i in range(len(descriptors)):
         likeness = 0.0
@@ -149,7 +149,7 @@ def _likest(descriptors, row, first, out):
             out[i] = likeness
 
 
-@exact
+@exact_part
 def _least_apart(looks, row, out):
     for i in range(len(looks)):
         here, ahead = 0.0, 0.0
@@ -159,7 +159,7 @@ def _least_apart(looks, row, out):
         out[i] = min(out[i], math.sqrt(here) + math.sqrt(ahead))
 
 
-@exact
+@exact_part
 def _look(visible, row, memory):
     """Count what a pick sees, in the views that it is near to."""
     nearest, seen, two = visible
@@ -174,7 +174,7 @@ def _look(visible, row, memory):
                 _visibility_gains(visible, o, memory)
 
 
-@reordered
+@reordered_part
 def _visibility_gains(visible, o, memory):
     """One view's part of `fsel.features.conditioned.visibility_gain`."""
     seen, out = visible.seen[o], memory.gains[o]
@@ -194,7 +194,7 @@ def _visibility_gains(visible, o, memory):
         out[m] = gain
 
 
-@exact
+@exact_part
 def _gain(rows, memory, out):
     """The target gain: closeness to the views, and their points that come into view."""
     target_gain(rows.closeness, memory.covered, memory.apart, out)

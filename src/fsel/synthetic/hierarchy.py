@@ -237,7 +237,7 @@ def _meet(corner, number, packet, any_will_do):
 @exact_part
 def _descend(low, high, first, count, corners, numbers, packet, waiting, distance, any_will_do):
     """Follow the rays of `packet` through the boxes, the nearer ones first."""
-    waiting[0], distance[0], left = 0, _enter(low, high, 0, packet), 1
+    waiting[0], distance[0], left = 0, _enter(low, high, np.int32(0), packet), 1
     while left:
         left -= 1
         box = waiting[left]
@@ -247,7 +247,7 @@ def _descend(low, high, first, count, corners, numbers, packet, waiting, distanc
             for j in range(first[box], first[box] + count[box]):
                 _meet(corners[j], np.float32(numbers[j]), packet, any_will_do)
             continue
-        one, other = first[box], first[box] + 1
+        one, other = first[box], np.int32(first[box] + 1)
         near, far = _enter(low, high, one, packet), _enter(low, high, other, packet)
         if near > far:
             one, other, near, far = other, one, far, near

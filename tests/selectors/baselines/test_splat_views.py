@@ -34,7 +34,7 @@ def splats_of(*rows):
 def random_scene(seed, n=80, views=5):
     rng = np.random.default_rng(seed)
     xyz = rng.uniform(-1.5, 1.5, (n, 3))
-    splats = np.vstack([xyz.T, rng.uniform(0.2, 1, n)]).astype(np.float32)
+    splats = np.vstack([xyz.T, rng.uniform(0.2, 1, n)]).astype(np.float32, order="C")
     rotation = Rotation.random(views, rng=rng).as_matrix()
     shift = np.tile([0.0, 0, 2.5], (views, 1)) + rng.normal(scale=0.3, size=(views, 3))
     poses = np.concatenate([rotation, shift[..., None]], axis=2).astype(np.float32)
@@ -116,7 +116,7 @@ def test_blending_against_a_plain_loop(seed):
 
 def by_hand(views):
     """Blends of two splats from (splat, weight, square) entries, one list a view."""
-    index, *sums = np.array([entry for view in views for entry in view]).T.astype(np.float32)
+    index, *sums = np.array([entry for view in views for entry in view], np.float32).T.copy()
     size, counts = len(views), np.array([len(view) for view in views])
     filled = np.append(0, np.cumsum(counts)), index.astype(np.int32), *sums, counts
     splats = splats_of([0, 0, 1, 1], [0.5, 0, 1, 1])

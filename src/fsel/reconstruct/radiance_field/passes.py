@@ -57,7 +57,7 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     errors, ends = np.zeros(len(rays)), np.zeros(len(rays) + 1, np.int64)
     for q in range(len(rays)):
         harmonics(rays[q], basis)
-        met = sample(rays[q], near, late[q], step, side, occupied, cells, parts)
+        met = sample(rays[q], near, np.float64(late[q]), step, side, occupied, cells, parts)
         samples, at = (cells[:met], parts[:met]), ends[q]
         own = kept[0][at:], kept[1][at:], kept[2][at:], kept[3][at:]
         n, left = composite(samples, side, step, field, basis, least, own, state, out)

@@ -121,8 +121,8 @@ def most_shared(tracks):
     most = 0
     for i in range(n):
         shared_points(i, tracks, counts)
-        counts[i] = 0
-        most = max(most, counts.max())
+        for j in range(n):
+            most = max(most, counts[j] if j != i else 0)
     return most
 
 
