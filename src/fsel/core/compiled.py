@@ -93,7 +93,7 @@ def _stored(**options: Any) -> Any:
         try:
             made = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
             folder = Path(numba.config.CACHE_DIR or Path(__file__).parent / "__pycache__")
-            made._cache = SharedCache(function, folder / "compiling.lock")
+            made._cache = SharedCache(function, folder / f"{function.__module__}.lock")
         finally:
             numba.config.CACHE_DIR = stated
         return made
