@@ -108,13 +108,9 @@ def program(tmp_path):
     return lambda code: printed(f"REFUSED = {refused!r}\n{REFUSING}\n{code}", folder=tmp_path)
 
 
-def test_commands_run_on_the_core_alone_and_need_all_of_it(program):
-    imported = program(COMMANDS).splitlines()[-1].split()
+def test_commands_need_all_of_the_core_and_no_more_nor_do_calls(program):
+    imported = program(f"{COMMANDS}\n{CALLS}").splitlines()[-1].split()
     homes = packages_distributions()
     used = {canonical(home) for module in imported for home in homes.get(module, [])}
     needed = tomllib.loads(PYPROJECT.read_text())["project"]["dependencies"]
     assert {canonical(Requirement(line).name) for line in needed} <= used
-
-
-def test_calls_run_on_the_core_alone_and_say_what_saving_needs(program):
-    program(CALLS)

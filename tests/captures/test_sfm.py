@@ -137,7 +137,7 @@ def test_poses_are_found_from_images_alone(tmp_path):
 
 
 def test_a_large_video_is_placed_at_the_size_of_its_features(tmp_path):
-    truth, size = poses(8), (1280, 960)
+    truth, size = poses(6), (1280, 960)
     names = [f"{i}.png" for i in range(len(truth))]
     image_files.write([cv2.resize(image, size) for image in render(truth)], tmp_path, names)
     work = Work(tmp_path / "work", [Part(range(len(names)), ordered=True)])

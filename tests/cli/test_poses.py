@@ -242,7 +242,7 @@ def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_pa
 
 def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_path, capsys):
     """A phone that was held in four ways: EXIF tells how, and the cameras are of one size."""
-    photos, names = tmp_path / "photos", [f"{i}.jpg" for i in range(8)]
+    photos, names = tmp_path / "photos", [f"{i}.jpg" for i in range(5)]
     ways = {0: (1, 0), 1: (6, 1), 2: (3, 2), 3: (8, 3)}  # value, quarter turns to the left
     for i, (shot, name) in enumerate(zip(shots, names, strict=False)):
         value, turns = ways[i % 4]
@@ -252,10 +252,10 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
     out = tmp_path / "out"
     assert run("poses", photos, "-o", out) == 0
     said = capsys.readouterr().out
-    assert "COLMAP placed 8 of 8 frames" in said
-    assert said.count("6 of 8 photos upright, as their EXIF says; JPEGs encoded again") == 1
+    assert "COLMAP placed 5 of 5 frames" in said
+    assert said.count("3 of 5 photos upright, as their EXIF says; JPEGs encoded again") == 1
     turned = json.loads((out / "poses.json").read_text())["turned"]
-    assert turned == ["1.jpg", "2.jpg", "3.jpg", "5.jpg", "6.jpg", "7.jpg"]
+    assert turned == ["1.jpg", "2.jpg", "3.jpg"]
     model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
     assert [(c.width, c.height) for c in model.cameras.values()] == [(240, 180)]
     for shot, name in zip(shots, names, strict=False):
