@@ -45,13 +45,14 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# `fsel` with targets known over Nearest on the captures of config/real.yaml, three hours
+# `fsel` with targets known over Nearest on the captures of config/real.yaml, four hours
 .PHONY: real
 HELD = every random region
 SEEN = Nearest "targets known" "targets known, tried"
-REAL = --starts 3 --budgets 8 --by gaussians --methods $(SEEN)
+REAL = --starts 3 --by gaussians --methods $(SEEN) --rows results/real_
 real: .venv/installed
-	for held in $(HELD); do $(CAPTURES)_unknown.py --held $$held $(REAL) --rows results/real_$$held.jsonl || exit; done
+	for held in $(HELD); do $(CAPTURES)_unknown.py --held $$held --budgets 8 $(REAL)$$held.jsonl || exit; done
+	$(CAPTURES)_unknown.py --held random --budgets 20 30 $(REAL)random.jsonl
 	$(CAPTURES)_page.py --known $(HELD:%=results/real_%.jsonl) -o docs/results/captures_known.md
 
 # the same at 384 pixels, beside what tools pick by, four hours: docs/results/captures_384.md

@@ -37,10 +37,10 @@ KNOWN_HEAD = """# Real captures, targets known
 `make real` (`benchmarks/captures_unknown.py`), {date}, trained Gaussians, {side} pixels, {fits} of
 each. PSNR over that of the frames nearest to the targets, each target in turn. "Targets known" is
 the rule (`--patience 0`); "tried" is `fsel select --targets`, which looks at the targets' images:
-small `gaussians` judge five selections on them, and 96 exchanges of single picks. Candidates and
-margin were chosen on caliterra, flowerpot, fox, helmet, miku and South Building, the rule on 14
-captures with other targets. Intervals are 95 % by Student's t over captures, beside a bootstrap and
-a sign test.
+small `gaussians` judge five selections on them and, with no more picks than targets, 96 exchanges
+of single picks. Candidates and margin were chosen on caliterra, flowerpot, fox, helmet, miku and
+South Building, the rule on 14 captures with other targets. Intervals are 95 % by Student's t over
+captures, beside a bootstrap and a sign test.
 """
 SHARES = {
     "every": "One frame in eight is a target, from frame 3 on",

@@ -39,7 +39,7 @@ def pair(table, degree, factor, truth, mask=None):
     canvas.draw(table, degree, factor, seen)
     image, slope, grad = canvas.image, np.empty_like(canvas.image), np.zeros_like(table)
     masked = np.empty((0, 0), bool) if mask is None else mask
-    value = losses.loss_gradient(image, truth, masked, losses.window(F), slope)
+    value = losses.loss_gradient(image, truth, masked, losses.window(), slope)
     canvas.backward(table, degree, seen, slope, grad)
     slow = torch.tensor(table.astype(float), requires_grad=True)
     given = (torch.tensor(factor.astype(float)), torch.tensor(pose), torch.tensor(k), SIZE, NEAR)

@@ -19,10 +19,10 @@ STABLE = (0.01**2, 0.03**2)
 FEWEST = 24  # lines of a range, which needs ten beyond it on each side
 
 
-def window(dtype) -> np.ndarray:
-    """Return (6,) weights of the pixels 0 to 5 away from the middle; all eleven add to 1."""
+def window() -> np.ndarray:
+    """Return (6,) float32 weights of the pixels 0 to 5 from the middle; all eleven add to 1."""
     weights = np.exp(-(np.arange(REACH + 1) ** 2) / (2 * SIGMA**2))
-    return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
+    return (weights / (2 * weights.sum() - weights[0])).astype(np.float32)
 
 
 def loss_gradient(image, truth, mask, weights, gradient):

@@ -49,7 +49,7 @@ class Canvas:
 
         def band(top: int, bottom: int):
             made = tiles.assign(self.rows, self._lines, self.width, top, bottom)
-            room = rasterize.room(self.image.dtype)
+            room = rasterize.room()
             rasterize.composite(self.rows, *made, room, *out, top * across)
             return made
 
@@ -89,7 +89,7 @@ class Canvas:
 
         def tiled(first: int, last: int) -> None:
             out = self._parts if apart else sums
-            room = rasterize.room(self.image.dtype)
+            room = rasterize.room()
             rasterize.backward(self.rows, *self.tiles, room, *given, out, apart, first, last)
             if apart:  # sums are added in the order of the tiles, as on one thread
                 add_up(first, last)

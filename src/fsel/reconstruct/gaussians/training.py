@@ -58,7 +58,7 @@ class Training:
         self.table[: self.alive] = start.table
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
-        self.window, self.capture = losses.window(np.float32), capture
+        self.window, self.capture = losses.window(), capture
         self.coarse = round(settings.coarse * settings.steps)  # steps at half the size
         self.look(capture.resized(max(capture.size) // 2) if self.coarse else capture)
 
