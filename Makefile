@@ -45,7 +45,7 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# `fsel` with targets known over Nearest on the captures of config/real.yaml, four hours
+# `fsel` with targets known over Nearest on the captures of config/real.yaml, five hours
 .PHONY: real
 HELD = every random region
 SEEN = Nearest "targets known" "targets known, tried"
