@@ -41,7 +41,7 @@ from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.candidates import RULE as OWN
 from fsel.selection.candidates import serving
-from fsel.selection.halving import NONE, SuccessiveHalving, halving_of, near_targets
+from fsel.selection.halving import SuccessiveHalving, halving_of, near_targets
 from fsel.selection.problem import request_problem
 from fsel.selection.small_fits import METRICS, small_fits
 from fsel.selection.targets import targets_of
@@ -170,7 +170,7 @@ def told(
     rule = selected(capture, k, targets=held)
     picks = {OWN: rule} | serving(problem, rule, held)
     picks = {name: np.sort(frames) for name, frames in picks.items()}
-    near, rounds = (near_targets(problem, k), ROUNDS) if k <= len(held) else (NONE, 0)
+    near = near_targets(problem, k, held)
     score = small_fits(capture, held, [*picks.values(), near])
 
     @cache
@@ -181,7 +181,8 @@ def told(
         def own(frames: np.ndarray, seed: int) -> np.ndarray:
             return scores(subset_key(frames), seed)[rows]
 
-        return kept_by(SuccessiveHalving(own, picks, held[rows], STATED, near), rounds)
+        race = SuccessiveHalving(own, picks, held[rows], STATED, near)
+        return kept_by(race, ROUNDS if len(near) else 0)
 
     if LOOKED in methods:
         frames, more = kept(slice(None))

@@ -92,13 +92,16 @@ def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Succe
     picks = {name: np.array(key) for key, name in names.items()}
     validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]
-    near = NONE if k > len(targets) else near_targets(problem, k)
+    near = near_targets(problem, k, targets)
     score = small_fits(problem.capture, validation, [*picks.values(), near])
     return SuccessiveHalving(score, picks, validation, acceptance, near, problem.fixed_picks)
 
 
-def near_targets(problem: Problem, k: int) -> np.ndarray:
-    """Return the frames that may come in by exchanges, some times as many as the k picks."""
+def near_targets(problem: Problem, k: int, targets: np.ndarray) -> np.ndarray:
+    """Return the frames that may come in by exchanges, some times as many as the k picks; none for
+    more picks than targets, which exchanges do not improve."""
+    if k > len(targets):
+        return NONE
     return nearest_frames(problem, problem.sequence, min(AROUND * k, len(problem.sequence)))
 
 
